@@ -5,8 +5,9 @@ from collections import defaultdict
 
 import pytest
 from small_world import SmallWorld, random_skin
+from test_sampling import Feeder, tick
 
-from robotskin import firmware
+from robotskin_lab import firmware
 
 
 class Counting:
@@ -177,3 +178,67 @@ def test_no_single_failure_silences_a_cell_for_three_samples(fault: str, trial: 
     assert longest_silence_us(world, alive, begun_us) < 12_500
     again = [fields for _, _, name, fields in world.records if name == "clock" and fields["retransmitted"]]
     assert len(again) <= len(alive)  # at most the last one of each
+
+
+class Sender(Feeder):
+    """A cell that sends events to a root at port 1, whose line is free when the test says so."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.now = 5_000_000
+        self.take(self.cell.boot(77, 1, self.now), self.now)
+        for _ in range(12):
+            self.now += 1000
+            self.tick(self.now)
+            self.take(self.cell.frame(2, tick(self.sequence, sender=40, parent=1, hops=2), self.now), self.now)
+        self.sent.clear()
+
+    def event(self, sequence: int, *, free: bool = True, **fields: int) -> None:
+        told = {"source": 40, "ttl": 9, "sequence": sequence, "sample_tick": self.sequence % 16, **fields}
+        output = self.cell.frame(2, firmware.pack("event", told), self.now)
+        if free:
+            self.take(output, self.now)
+        else:
+            self.sent += [frame for frame in output.frames[:1] if frame is not None]
+
+    def events(self) -> list[int]:
+        told = map(firmware.unpack, self.sent)
+        return [fields["sequence"] for name, fields in told if name == "event"]
+
+
+def test_an_event_that_waits_already_is_not_sent_twice() -> None:
+    """Whatever was sent before it: the ring that holds it goes round."""
+    for before in (0, 5, 60, 126):
+        sender = Sender()
+        for sequence in range(before):
+            sender.event(sequence)
+        for _ in range(firmware.ARQ_KEEP_US // 1000 + 8):
+            sender.now += 1000
+            sender.tick(sender.now)
+            sender.take(sender.cell.timer(sender.now), sender.now)
+        sender.sent.clear()
+        sender.event(200, free=False)
+        for sequence in (201, 202, 203):
+            sender.event(sequence, free=False)
+        for sequence in (201, 203):
+            sender.event(sequence, free=False, retransmitted=1)
+        sender.now += 100
+        sender.take(sender.cell.sent(1, sender.now), sender.now)
+        assert sender.events() == [200, 201, 202, 203], before
+
+
+@pytest.mark.parametrize("late", range(4))
+def test_any_of_the_last_four_ticks_may_be_the_one_up_to_which_all_was_heard(late: int) -> None:
+    """The parent's answer takes its time, and what comes after that is sent again."""
+    sender, told = Sender(), []
+    for sequence in range(10):
+        sender.event(sequence)
+        sender.sent.clear()
+        sender.now += 1000
+        sender.tick(sender.now)
+        (number,) = [fields["ack"] for name, fields in map(firmware.unpack, sender.sent) if name == "tick"]
+        told.append(number)
+    sender.sent.clear()
+    answer = tick(sender.sequence + 1, ack=128 + told[-1 - late])
+    sender.take(sender.cell.frame(1, answer, sender.now + 500), sender.now + 500)
+    assert sender.events() == list(range(10 - late, 10))

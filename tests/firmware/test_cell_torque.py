@@ -99,6 +99,18 @@ def test_cells_told_over_the_wire_sum_what_their_chains_say(seed: int) -> None:
         assert vector["age"] <= 1
 
 
+def test_a_cell_computes_to_the_last_bit_what_its_parameters_say(seed: int) -> None:
+    skin = Skin(2, seed)
+    chain, told = parameters(step_bits=15)
+    skin.tell(1, told)
+    codes = chain.codes(np.random.default_rng(seed).uniform(-2, 2, 6))
+    skin.force[1] = 8
+    skin.epochs(6, codes)
+    torque = told.torque(codes, 1 << firmware.FORCE_BITS)
+    step = 1 << firmware.TORQUE_BITS - 15
+    assert skin.world.cell(1).contribution["joint"][:6] == [(value + step // 2) // step for value in torque]
+
+
 def test_a_cell_without_parameters_says_so_and_adds_nothing(seed: int) -> None:
     skin = Skin(3, seed)
     chain, told = parameters()
@@ -191,7 +203,7 @@ def test_parameters_that_cannot_be_are_not_taken() -> None:
         return bytes(image)
 
     assert sealed(bytearray(told.image)) == told.image
-    for at, value in ((0, 2), (1, 16), (2, 0), (2, 13), (3, 4), (4, 16)):
+    for at, value in ((0, 2), (1, 16), (2, 0), (2, 13), (2, 255), (3, 4), (4, 16)):
         image = bytearray(told.image)
         image[at] = value
         assert not firmware.TorqueParameters.valid(bytes(image))

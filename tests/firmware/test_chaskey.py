@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The message authentication code gives the published tags."""
+"""The message authentication code gives the published tags, and reads no byte that is not of the message."""
+
+import ctypes
+import mmap
+import os
 
 import pytest
 
-from robotskin_lab import firmware
+from robotskin_lab import _lab, firmware
 
 KEY = b"".join(word.to_bytes(4, "little") for word in (0x833D3433, 0x009F389F, 0x2398E64F, 0x417ACF39))
 
@@ -29,3 +33,21 @@ def test_published_vectors(length: int) -> None:
 def test_a_key_of_another_length_is_refused() -> None:
     with pytest.raises(ValueError, match="a key has 16 bytes, not 15"):
         firmware.chaskey(bytes(15), b"")
+
+
+@pytest.mark.parametrize("length", VECTORS)
+def test_no_byte_behind_a_message_is_read(length: int) -> None:
+    """A page of memory that may not be read begins there; a process of its own ends if it is."""
+    page = mmap.PAGESIZE
+    memory = mmap.mmap(-1, 2 * page)
+    memory[page - length : page] = bytes(range(length))
+    start = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+    code, key, tag = ctypes.CDLL(_lab.__file__), (ctypes.c_uint32 * 12)(), (ctypes.c_uint8 * 16)()
+    code.rs_chaskey_key_expand(key, KEY)
+    child = os.fork()
+    if child == 0:
+        forbidden = ctypes.CDLL(None).mprotect(ctypes.c_void_p(start + page), page, 0)
+        code.rs_chaskey(key, ctypes.c_void_p(start + page - length), length, tag)
+        expected = b"".join(word.to_bytes(4, "little") for word in VECTORS[length])
+        os._exit(forbidden != 0 or bytes(tag) != expected)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

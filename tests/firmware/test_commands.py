@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_world import SmallWorld, random_skin
-from test_sampling import Feeder
+from test_sampling import Feeder, tick
 
 from robotskin_lab import firmware
 
@@ -64,6 +64,35 @@ def test_the_same_counter_is_answered_again_but_done_once(skin: SmallWorld) -> N
     skin.run_ms(3)
     assert len(replies(skin)) == 3
     assert skin.nodes[3].led == -1
+
+
+def test_a_command_for_one_child_does_not_wait_for_the_line_of_another() -> None:
+    feeder, now = Feeder(), 5_000_000
+    feeder.take(feeder.cell.boot(77, 1, now), now)
+    for _ in range(12):
+        now += 1000
+        feeder.tick(now)
+        for port in (2, 3):
+            child = tick(feeder.sequence, sender=40 + port, parent=1, hops=2)
+            feeder.take(feeder.cell.frame(port, child, now), now)
+    passed_on: dict[int, list[int]] = {2: [], 3: []}
+
+    def take(output: firmware.CellOutput) -> None:
+        for port, counters in passed_on.items():
+            if output.frames[port - 1] is not None:
+                counters.append(firmware.unpack(output.frames[port - 1])[1]["counter"])
+
+    for counter in range(5, 10):
+        fields = {"operation": OPERATION["led"], "counter": counter, "target": firmware.ID_ALL}
+        take(feeder.cell.frame(1, firmware.pack("command", fields), now))
+    for _ in range(6):
+        now += 50
+        take(feeder.cell.sent(2, now))
+    assert passed_on == {2: [5, 6, 7, 8, 9], 3: [5]}
+    for _ in range(6):
+        now += 50
+        take(feeder.cell.sent(3, now))
+    assert passed_on[3] == passed_on[2]
 
 
 def test_an_old_counter_does_nothing(skin: SmallWorld) -> None:

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the broadcast of joint positions: it reaches every cell; what is forged, changed or old reaches none."""
 
+import pytest
 from small_world import SmallWorld, random_skin
+from test_route import Between
 
 from robotskin_lab import firmware
 
@@ -72,3 +74,16 @@ def test_joints_from_elsewhere_than_the_parent_are_not_taken(seed: int) -> None:
     world.cell_done(cell, world.cell(cell).frame(port, firmware.pack("joints", {"limb": 2, "joint_1": 9}), world.now))
     assert world.cell(cell).counts["frames_unknown"] == unknown + 1
     assert world.cell(cell).joint_positions[:6] == [6] * 6
+
+
+@pytest.mark.parametrize(("ahead", "taken"), [(1, True), (0, True), (-15, True), (-16, False), (2, False)])
+def test_joints_of_the_epoch_to_come_are_taken_and_of_those_that_are_over_the_last_fifteen(
+    ahead: int, taken: bool
+) -> None:
+    """A cell's time may be a little behind that of the section unit."""
+    bench = Between()
+    bench.cell.contribute(2, [0] * 6)
+    epoch = bench.sequence // firmware.EPOCH_TICKS + ahead
+    bench.hear(1, firmware.pack("joints", {"limb": 2, "epoch": epoch % 64, "joint_1": 9}))
+    assert bench.cell.joint_positions[0] == (9 if taken else 0)
+    assert bench.cell.counts["tags_refused"] == (0 if taken else 1)

@@ -6,6 +6,9 @@ from collections import Counter
 import numpy as np
 import pytest
 from large_world import LargeWorld, sheet
+from test_section_unit import Bench
+
+from robotskin_lab import firmware
 
 
 def rates(world: LargeWorld, milliseconds: float) -> dict[int, float]:
@@ -71,3 +74,72 @@ def test_cells_of_a_full_port_wait_little(seed: int) -> None:
     assert np.mean(waits_ms) <= 0.7
     assert np.percentile(waits_ms, 99) <= 1.3
     assert max(waits_ms) < 8
+
+
+class Loaded(Bench):
+    """A section unit at whose first port a tree has so many cells."""
+
+    divisor = 1
+
+    def divisors(self, size: int, milliseconds: int, samples_hz: float = 0.0, **fields: int) -> list[int]:
+        """Of each millisecond; so many samples are heard of the tree in all, less what the divisor leaves out."""
+        sample, missing, divisors = firmware.pack("clock", {"source": 7, **fields}), 0.0, []
+        for _ in range(milliseconds):
+            self.frames.clear()
+            self.attach()
+            self.hear("status", size=size)
+            missing += samples_hz / 1000 / self.divisor
+            while missing >= 1:
+                self.take(self.unit.frame(1, sample, self.now))
+                missing -= 1
+            self.run_us(1000)
+            self.divisor = firmware.unpack([frame for at, frame in self.frames if at == 1][-1])[1]["rate_divisor"]
+            divisors.append(self.divisor)
+        return divisors
+
+
+def test_no_cell_is_asked_for_less_than_every_fifteenth_sample() -> None:
+    """A tick can tell no larger number."""
+    assert max(Loaded().divisors(3000, 30)) == 15
+
+
+@pytest.mark.parametrize(("size", "rate_hz", "lost", "divisor"), [(100, 250, 0.35, 2), (200, 125, 0.0, 2)])
+def test_the_rate_of_the_cells_is_measured_though_lines_lose_samples(
+    size: int, rate_hz: int, lost: float, divisor: int
+) -> None:
+    assert Loaded().divisors(size, 500, size * rate_hz * (1 - lost))[-1] == divisor
+
+
+@pytest.mark.parametrize(("samples_hz", "divisor"), [(2_000, 1), (19_000, 2)])
+def test_only_where_the_line_is_full_do_lost_frames_thin_out_samples(samples_hz: int, divisor: int) -> None:
+    """Elsewhere it is another line that is full."""
+    assert Loaded().divisors(20, 60, samples_hz, dropped=1)[-1] == divisor
+
+
+@pytest.mark.parametrize("divisor", range(1, 15))
+def test_a_line_carries_70_cells_for_each_part_of_the_rate(divisor: int) -> None:
+    assert Loaded().divisors(70 * divisor, 20)[-1] == divisor
+    assert Loaded().divisors(70 * divisor + 1, 20)[-1] == divisor + 1
+
+
+def test_torque_sums_take_the_place_of_samples() -> None:
+    for sums_a_ms, divisor in ((0, 1), (1, 2)):
+        bench = Loaded()
+        for number in range(140):
+            for _ in range(sums_a_ms):
+                bench.hear("torque", serial=number % 32)
+            bench.divisors(68, 1, 68 * 250)
+        assert bench.divisor == divisor
+
+
+def test_a_smaller_divisor_is_tried_once_the_load_has_been_lower_for_a_while() -> None:
+    bench = Loaded()
+    assert bench.divisors(100, 50)[-1] == 2
+    assert 95 <= bench.divisors(66, 150).count(2) <= 105
+
+
+def test_after_frames_were_lost_it_is_held_for_a_second_and_longer_each_time() -> None:
+    bench = Loaded()
+    for held_ms in (1000, 2000):
+        assert bench.divisors(20, 24, 19_000, dropped=1)[-1] == 2
+        assert held_ms + 50 <= bench.divisors(20, held_ms + 200).count(2) <= held_ms + 150

@@ -40,13 +40,13 @@ def record(frame: bytes, port: int) -> bytes:
 class Bench:
     """A section unit whose port 1 has a cell that calls it its parent."""
 
-    def __init__(self, **options: object) -> None:
+    def __init__(self, ports: int = 2, **options: object) -> None:
         self.unit = firmware.SectionUnit()
         self.now = START
         self.datagrams: list[tuple[int, bytes]] = []
         self.frames: list[tuple[int, bytes]] = []
         self.due = 0
-        self.take(self.unit.boot(self.now, 2, 77, **options))
+        self.take(self.unit.boot(self.now, ports, 77, **options))
 
     def take(self, output: firmware.SectionUnitOutput) -> None:
         self.due = output.timer_ns
@@ -67,8 +67,8 @@ class Bench:
     def hear(self, name: str, port: int = 1, **fields: int) -> None:
         self.take(self.unit.frame(port, firmware.pack(name, fields), self.now))
 
-    def attach(self) -> None:
-        self.hear("tick", sender=9, parent=1, heard=1, sequence=self.now // 1_000_000 % 65536)
+    def attach(self, port: int = 1) -> None:
+        self.hear("tick", port, sender=9, parent=1, heard=1, sequence=self.now // 1_000_000 % 65536)
 
     def say(self, data: bytes) -> None:
         self.take(self.unit.datagram(data, self.now))
@@ -272,6 +272,20 @@ def test_an_opening_that_is_played_again_opens_nothing_once_the_host_has_gone_on
     assert bench.unit.refused == 3
     bench.say(datagram(KEEP_ALIVE, 1, keyed=True, session=7, time_ns=START + 1))  # the host has restarted
     assert bench.unit.refused == 3
+
+
+@pytest.mark.parametrize("missed", [0, 1, 6])
+def test_frames_that_a_root_has_sent_and_that_did_not_come_are_asked_for_at_once(missed: int) -> None:
+    bench = Bench()
+    bench.attach()
+    for sequence in range(3):
+        bench.hear("event", source=9, sequence=sequence)
+    bench.hear("tick", sender=9, parent=1, heard=1, sequence=5000, ack=3)
+    bench.run_us(300)
+    bench.frames.clear()
+    bench.hear("tick", sender=9, parent=1, heard=1, sequence=5000, ack=3 + missed)
+    told = [firmware.unpack(frame) for at, frame in bench.frames if at == 1]
+    assert [(name, fields["ack"]) for name, fields in told] == ([("tick", 128 + 3)] if missed else [])
 
 
 def test_a_stuck_cell_is_no_root_and_one_that_ticks_again_is() -> None:

@@ -92,6 +92,15 @@ def test_a_sliding_joint_feels_the_force_along_its_axis(seed: int) -> None:
     assert torque[0] == pytest.approx(10 * 0.25 * direction[1], abs=2e-3)
 
 
+@pytest.mark.parametrize("exponent", [firmware.LENGTH_EXPONENT_MIN, 0, firmware.LENGTH_EXPONENT_MAX])
+def test_a_torque_is_force_times_lever_from_a_touch_to_tons(exponent: int) -> None:
+    chain = firmware.Chain([], [False], exponent, [8192, 0, 0], [0, 32767, 0])
+    lever_m = 0.25 * 2.0**exponent
+    for newton in np.geomspace(0.5, 15_000, 60):
+        (torque,) = chain.torque([0], round(newton * 2**firmware.FORCE_BITS))
+        assert torque / 2.0**firmware.TORQUE_BITS == pytest.approx(lever_m * newton, rel=2e-4, abs=2e-4)
+
+
 def gains_of(newton_per_count: float, silent: int, full: int) -> list[int]:
     bits = int(np.floor(np.log2(65535 / newton_per_count)))
     bits = min(bits, 30)

@@ -156,6 +156,20 @@ def test_long_chains_travel_in_parts_and_saturation_is_said(seed: int) -> None:
             assert (fields["joint_1"], fields["joint_2"], fields["saturated"]) == (840, 0, 0)
 
 
+@pytest.mark.parametrize("end", [-32768, 32767])
+def test_a_sum_at_the_end_of_its_range_is_whole_and_one_beyond_says_so(end: int, seed: int) -> None:
+    world = SmallWorld(1, [], [(0, 1)], seed)
+    world.run_ms(100)
+    for joint in (end, end + (1 if end > 0 else -1)):
+        world.cell(0).contribute(1, [joint] * 6)
+        world.run_ms(8)
+        world.records.clear()
+        world.run_ms(8)
+        told = [fields for _, _, name, fields in world.records if name == "torque"]
+        assert told
+        assert {(fields["joint_1"], fields["saturated"]) for fields in told} == {(end, int(joint != end))}
+
+
 def test_where_no_cell_contributes_nothing_is_sent(seed: int) -> None:
     world = LargeWorld(sheet(4, 4), [(1, 4)], seed)
     world.run_ms(100)

@@ -216,3 +216,34 @@ def test_without_the_key_no_datagram_moves_the_time(seed: int) -> None:
     assert device.refused > refused
     steps = [b[1] - a[1] for a, b in itertools.pairwise(group.ticks[0])]
     assert set(steps) == {1}
+
+
+def test_a_unit_tells_the_others_of_itself_those_it_hears_and_its_trees(seed: int) -> None:
+    group = Group([0, 5000, -5000], seed)
+    for unit in range(3):
+        group.boot(unit)
+    group.run_ms(20)
+    device, clock = group.units[1], group.clock_ns(1)
+    assert device is not None
+    group.take(1, device.frame(1, firmware.pack("tick", {"sender": 9, "parent": 1, "heard": 1}), clock))
+    group.take(1, device.frame(1, firmware.pack("status", {"sender": 9, "size": 7}), clock))
+    group.sent.clear()
+    group.run_ms(3.9)
+    (told,) = [data for unit, data in group.sent if unit == 1]
+    header, record = firmware.DATAGRAM_HEADER_BYTES, firmware.DATAGRAM_RECORD_BYTES
+    records = [told[at : at + record] for at in range(header, len(told), record)]
+    assert [part[18] >> 4 for part in records] == [0, 0, 0, 1]
+    assert [part[0] for part in records[:3]] == [1, 0, 2]
+    assert int.from_bytes(records[3][:2], "big") == 7
+
+
+def test_what_another_unit_says_counts_once(seed: int) -> None:
+    group = Group([0, 5000], seed)
+    for unit in range(2):
+        group.boot(unit)
+    group.run_ms(50)
+    device = group.units[0]
+    assert device is not None
+    assert device.refused == 0
+    group.take(0, device.datagram([data for unit, data in group.sent if unit == 1][-1], group.clock_ns(0)))
+    assert device.refused == 1
