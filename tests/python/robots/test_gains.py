@@ -91,7 +91,7 @@ def test_a_standing_robot_gives_as_far_as_stated_although_it_leans_against_the_t
     moves = np.abs(jacobian).max(axis=1) > 0
     largest = np.maximum(gains.values["skin"]["largest_force_weight"], (moves * of_joints).max(axis=1))
     assert (weight <= largest).all()
-    assert len(np.unique(largest)) == 2
+    assert len(np.unique(largest)) == 3, "legs, trunk and arms have bounds of their own"
     free = (weight > 0) & (weight < largest)
     assert free.sum() > 30
     stated = gains.values["skin"]["compliance_m_per_n"]
@@ -112,7 +112,7 @@ def test_nearness_moves_the_trunk_of_a_standing_robot_farther_than_a_touch_and_a
     touch, near = gains.weights(robot, skin)
     assert (touch == gains.force_weights(robot, skin)).all()
     trunk = np.array([layout.links[link] == "torso_2_link" for link in layout.link])
-    assert (near[trunk] > 2 * touch[trunk]).mean() > 0.9
+    assert (near[trunk] > 1.3 * touch[trunk]).mean() > 0.9
     below = np.array([layout.links[link].startswith(("leg", "base")) for link in layout.link])
     assert (near[below] == touch[below]).all()
     newton = gains.values["skin"]["proximity_n"]
