@@ -34,6 +34,13 @@ class Summing(Bench):
         told = {"limb": limb, "cells": cells, "epoch": (FIRST + epoch) % 64, "serial": self.serial[port - 1] % 32}
         self.hear("torque", port, **told | {"last": 1} | more)
 
+    def both_report_twice(self) -> None:
+        """Three cells each in the first two epochs: from then on both ports are waited for."""
+        for epoch in (1, 2):
+            self.until(epoch, 500)
+            for port in (1, 2):
+                self.report(port, epoch, 3)
+
     def sums(self) -> list[dict[str, int]]:
         """What has been handed over since the last pause."""
         parts = [part[:18] for _, data in self.upward() for part in records_of(data) if part[18] >> 4 == 0]
@@ -48,10 +55,7 @@ class Summing(Bench):
 @pytest.mark.parametrize("first", [1, 2])
 def test_a_limb_that_is_new_waits_for_every_port_that_reports_and_no_longer(first: int) -> None:
     bench = Summing()
-    for epoch in (1, 2):
-        bench.until(epoch, 500)
-        for port in (1, 2):
-            bench.report(port, epoch, 3)
+    bench.both_report_twice()
     bench.until(3, 500)
     bench.report(first, 3, 3, limb=2)
     assert bench.handed_over() == []
@@ -61,10 +65,7 @@ def test_a_limb_that_is_new_waits_for_every_port_that_reports_and_no_longer(firs
 
 def test_what_has_come_at_the_end_of_an_epoch_is_handed_over() -> None:
     bench = Summing()
-    for epoch in (1, 2):
-        bench.until(epoch, 500)
-        for port in (1, 2):
-            bench.report(port, epoch, 3)
+    bench.both_report_twice()
     bench.until(3, 500)
     bench.report(1, 3, 3)
     bench.run_us(firmware.TORQUE_END_US - 501)
@@ -154,10 +155,7 @@ def test_cells_that_are_missing_in_two_epochs_are_waited_for_no_more(limb: int, 
 
 def test_a_port_that_reports_no_more_is_not_waited_for_after_two_epochs() -> None:
     bench = Summing()
-    for epoch in (1, 2):
-        bench.until(epoch, 500)
-        for port in (1, 2):
-            bench.report(port, epoch, 3)
+    bench.both_report_twice()
     for epoch in (3, 4):
         bench.until(epoch, 500)
         bench.report(1, epoch, 3, limb=epoch)
