@@ -8,9 +8,11 @@
 #define MOST_WANTED RS_FIELD_MAX(grant_demand_1_size)
 
 enum {
-  DECIDE_TICKS = 2,  /* offers are collected so long, and while the tree is crossed */
-  DETOUR_TICKS = 10, /* in a last resort so much longer, until trunks at the border have become light */
-  PATIENCE_TICKS = 64
+  DECIDE_TICKS = 2,    /* offers are collected so long, and while the tree is crossed */
+  DETOUR_TICKS = 10,   /* in a last resort so much longer, until trunks at the border have become light */
+  PATIENCE_TICKS = 64, /* longest further wait, so that others are asked, too */
+  LAST_RESORTS = 16,   /* in a row; offers came after 10 at the latest, and each moves cells of a tree at rest */
+  RESORT_ROUNDS = 256  /* in which there are so many: a skin whose loads cannot become even comes to rest */
 };
 
 void rs_demand_remove(rs_unit_balance* balance, unsigned w) {
@@ -110,13 +112,13 @@ void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k) 
     balance->given[w] = 0;
   }
   balance->open = true;
-  balance->last_resort = balance->failed > 0U;
+  balance->last_resort = balance->failed > 0U && balance->failed % RESORT_ROUNDS < LAST_RESORTS;
   balance->round = (balance->round + 1U) & 7U;
   balance->demand_left = 2;
   balance->opened_at = unit->tick_time;
   balance->decide_at = unit->tick_time + DECIDE_TICKS + rs_there_and_back(here);
   if (balance->last_resort) balance->decide_at += DETOUR_TICKS;
   balance->close_at = balance->decide_at + RS_OFFER_TICKS + patience(here);
-  if (balance->failed < 1000U) ++balance->failed; /* until an offer comes */
+  if (++balance->failed == 2U * RESORT_ROUNDS) balance->failed = RESORT_ROUNDS; /* until an offer comes */
   for (unsigned i = 0; i < RS_UNIT_GRANTED; ++i) balance->granted[i] = RS_ID_NONE;
 }

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from small_world import SmallWorld
+from small_world import SmallWorld, random_skin
 
 from robotskin.simulator import NetworkOptions, NetworkTrial, UnitDescription, Wiring
 from robotskin.world.ideal import cells_take_time
@@ -202,6 +202,17 @@ def test_once_even_no_cell_moves_any_more(seed: int) -> None:
     world.run_ms(200)
     assert [world.cell(index).parent_port for index in range(48)] == before
     assert sum(world.cell(index).counts["parent_changes"] for index in range(48)) == changes
+
+
+@pytest.mark.parametrize(("cells", "ports", "skin_seed"), [(20, 2, 2), (20, 2, 11), (60, 3, 1)])
+def test_where_loads_cannot_become_even_no_cell_moves_any_more_either(cells: int, ports: int, skin_seed: int) -> None:
+    links, roots = random_skin(cells, ports, skin_seed)
+    world = SmallWorld(cells, links, roots, skin_seed, key=bytes(range(16)))
+    world.run_ms(2500)
+    assert max(sizes(world)) >= min(sizes(world)) + 2
+    changes = [world.cell(index).counts["parent_changes"] for index in range(cells)]
+    world.run_ms(1000)
+    assert [world.cell(index).counts["parent_changes"] for index in range(cells)] == changes
 
 
 def test_a_lost_port_is_shared_out_and_taken_back(seed: int) -> None:

@@ -18,7 +18,7 @@ def joints(limb: int, part: int, positions: list[int]) -> bytes:
 def skin(seed: int) -> SmallWorld:
     links, roots = random_skin(20, 2, seed)
     world = SmallWorld(20, links, roots, seed, key=KEY)
-    world.run_ms(400)  # trees are level: a cell that changes its parent may miss a broadcast
+    world.run_ms(1600)  # no cell moves any more, or it might miss a broadcast
     for index in range(20):
         world.cell(index).contribute(2, [0] * 12)
     return world

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of what a section unit makes of the sizes that it hears: which trees are to take cells, and how deep they go."""
 
+import itertools
+
 import pytest
 from test_section_unit import Bench, datagram, record
 
@@ -21,11 +23,11 @@ class Trees(Bench):
         self.run_ms(90)  # the trees have formed
 
     def run_ms(self, milliseconds: int) -> None:
-        for _ in range(0, milliseconds, 3):
+        for _ in range(0, milliseconds, 2):
             for port, (size, height, beside) in enumerate(self.told, 1):
                 self.attach(port)
                 self.hear("status", port, sender=9, size=size, height=height, foreign_1=beside, **self.offer(port))
-            self.run_us(3000)
+            self.run_us(2000)  # no port is taken for dead
 
     def grants(self, port: int) -> list[dict[str, int]]:
         return [firmware.unpack(frame)[1] for at, frame in self.frames if at == port and frame[0] >> 4 == GRANT]
@@ -64,6 +66,21 @@ def test_where_no_cell_offers_itself_trees_may_grow_deeper_hop_by_hop_but_not_fo
         caps.append(bench.cap())
     assert sorted(set(caps)) == [5, 6, 7, 8, 9]
     assert caps == sorted(caps)
+
+
+def test_where_no_cell_ever_offers_itself_those_at_the_border_let_go_in_16_of_256_rounds() -> None:
+    """The others only ask: a skin whose loads cannot become even comes to rest, and is told soon if a cell can go."""
+    bench = Trees([(8, 1, 2), (2, 1, 0)])
+    bench.run_ms(30_000)
+    rounds: list[int] = []  # whether cells at the border are to let go
+    for before, grant in itertools.pairwise(bench.grants(1)):
+        if grant["round"] != before["round"]:
+            rounds.append(grant["last_resort"])
+    settled = rounds[30:]  # the cap on the depth stays, and what was tried before it was raised counts no more
+    bursts = [burst for burst in "".join(map(str, settled)).split("0") if burst]
+    assert {len(burst) for burst in bursts[:-1]} == {16}
+    assert all(sum(settled[at : at + 256]) == 16 for at in range(len(settled) - 256))
+    assert len(settled) > 4 * 256
 
 
 @pytest.mark.parametrize(("sizes", "cap"), [((5, 5, 5, 3), 5), ((4, 4, 4, 1), 5), ((5, 4, 4, 3), 9)])

@@ -89,7 +89,7 @@ typedef struct {
   uint8_t given_root[RS_DEMANDS];  /* whose root this is: it counts until the sizes are right again */
   uint8_t round;
   bool open;           /* a round of wants is under way */
-  bool last_resort;    /* the round before found no offer */
+  bool last_resort;    /* cells at the border let go: rounds before found no offer */
   uint8_t demand_left; /* frames still to send */
   uint8_t granted_next;
   uint16_t granted[RS_UNIT_GRANTED]; /* last cells granted in this round */
