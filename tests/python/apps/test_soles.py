@@ -80,4 +80,18 @@ def test_less_is_sure_where_a_foot_stands_beside_its_sensors(generator: np.rando
     sole = Sole(generator)
     middle, edge, corner = (sole.feel(500.0, np.array(at) * HALF_M) for at in ((0, 0), (0.9, 0), (0.95, 0.95)))
     unsure = [sole.calibration.unsure(felt) for felt in (middle, edge, corner, np.zeros(len(sole.places)))]
-    assert 0 < unsure[0] < unsure[1] < unsure[2] <= unsure[3] == 1.0
+    assert 0 < unsure[0].max() < unsure[1].max() < unsure[2].max() <= unsure[3].max() == 1.0
+    assert unsure[1][1] < 0.3 * unsure[1][0], "along an edge many sensors feel it"
+
+
+def test_a_load_may_be_missed_by_sensors_at_their_end_and_by_a_rim_without_sensors(
+    generator: np.random.Generator,
+) -> None:
+    """So a foot in the air is in doubt where its sensors leave a rim, and hardly where they cover the sole."""
+    covered, ended = Sole(generator), Sole(generator, range_n=1.5)
+    nothing = np.zeros(len(covered.places))
+    rim = SoleCalibration(0.5 * covered.places, HALF_M, NOISE_N, 1e3)
+    assert rim.doubt(nothing) > 3 * covered.calibration.doubt(nothing)
+    pressed = ended.feel(700.0, np.array([0.7, 0.3]) * HALF_M)
+    assert ended.calibration.doubt(pressed) > covered.calibration.doubt(nothing)
+    assert covered.calibration.doubt(pressed) < 0.1 * covered.calibration.doubt(nothing)

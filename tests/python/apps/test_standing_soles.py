@@ -33,6 +33,11 @@ def tilted(roll: float, pitch: float) -> tuple[StandingSoles, np.ndarray]:
     return StandingSoles(FOAM, tilts, WEIGHT_N), joints
 
 
+def told_by(soles: StandingSoles, felt: np.ndarray, unsure: list[float], joints: np.ndarray) -> np.ndarray:
+    """Of soles whose cells are so unsure, along and across, and may miss as much."""
+    return soles.loads(felt, np.array([[one, one] for one in unsure]), np.array(unsure), joints, PERIOD_S)
+
+
 def centres(loads: np.ndarray) -> np.ndarray:
     return loads[:, 1:] / loads[:, :1]
 
@@ -63,7 +68,7 @@ def test_foam_presses_the_more_beside_the_middle_the_more_a_sole_is_tilted(gener
 def test_a_sole_that_feels_nothing_stands_on_its_lowest_edge(roll: float, pitch: float, edge: tuple[int, int]) -> None:
     soles, joints = tilted(roll, pitch)
     felt = np.array([[600.0, 6.0, 3.0], [0.0, 0.0, 0.0]])
-    told = soles.loads(felt, np.array([SURE, UNFELT]), joints, PERIOD_S)
+    told = told_by(soles, felt, [SURE, UNFELT], joints)
     axis, sign = edge
     assert told[0, 0] == pytest.approx(600.0, rel=0.02)
     assert told[:, 0].sum() == pytest.approx(WEIGHT_N)
@@ -75,34 +80,44 @@ def test_soles_that_are_sure_are_believed_whatever_the_tilt_says() -> None:
     soles, joints = tilted(0.004, -0.002)
     felt = np.array([[500.0, 10.0, -4.0], [400.0, -8.0, 6.0]])
     for _ in range(50):
-        told = soles.loads(felt, np.array([SURE, SURE]), joints, PERIOD_S)
+        told = told_by(soles, felt, [SURE, SURE], joints)
     assert told == pytest.approx(felt, rel=0.05)
+
+
+def test_what_the_cells_miss_is_borne_where_they_may_miss_it() -> None:
+    """A foot in the air whose cells reach its edges is given nothing of what sensors at their end do not feel."""
+    soles, joints = tilted(0.0, 0.0)
+    felt = np.array([[600.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    places = np.array([[SURE, SURE], [UNFELT, UNFELT]])
+    for _ in range(10):
+        told = soles.loads(felt, places, np.array([0.5, 0.0]), joints, PERIOD_S)
+    assert told[:, 0] == pytest.approx([WEIGHT_N, 0.0], abs=0.1)
 
 
 def test_what_cells_told_of_a_tilt_counts_when_they_feel_nothing() -> None:
     soles, joints = tilted(0.004, 0.0)  # by its encoders on its right edge, but it stands flat
     felt = np.array([[450.0, 0.0, 0.0], [450.0, 0.0, 0.0]])
-    assert centres(soles.loads(felt * [[1], [0]], np.array([SURE, UNFELT]), joints, PERIOD_S))[1, 1] < -0.01
+    assert centres(told_by(soles, felt * [[1], [0]], [SURE, UNFELT], joints))[1, 1] < -0.01
     for _ in range(200):
-        soles.loads(felt, np.array([SURE, SURE]), joints, PERIOD_S)
-    told = soles.loads(felt * [[1], [0]], np.array([SURE, UNFELT]), joints, PERIOD_S)
+        told_by(soles, felt, [SURE, SURE], joints)
+    told = told_by(soles, felt * [[1], [0]], [SURE, UNFELT], joints)
     assert centres(told)[1] == pytest.approx([0.0, 0.0], abs=3e-3)
 
 
 def test_for_a_moment_both_soles_may_feel_nothing_but_a_robot_that_hangs_bears_nothing() -> None:
     soles, joints = tilted(0.0, 0.0)
-    nothing, unfelt = np.zeros((2, 3)), np.array([UNFELT, UNFELT])
-    assert soles.loads(nothing, unfelt, joints, PERIOD_S) == pytest.approx(nothing), "it was never put down"
-    soles.loads(np.array([[600.0, 0.0, 0.0], [300.0, 0.0, 0.0]]), np.array([SURE, SURE]), joints, PERIOD_S)
-    told = soles.loads(nothing, unfelt, joints, PERIOD_S)
+    nothing, unfelt = np.zeros((2, 3)), [UNFELT, UNFELT]
+    assert told_by(soles, nothing, unfelt, joints) == pytest.approx(nothing), "it was never put down"
+    told_by(soles, np.array([[600.0, 0.0, 0.0], [300.0, 0.0, 0.0]]), [SURE, SURE], joints)
+    told = told_by(soles, nothing, unfelt, joints)
     assert told[:, 0] == pytest.approx([600.0, 300.0])
     assert centres(told)[:, 1] == pytest.approx([0.0, 0.0], abs=3e-3)
     for _ in range(100):
-        told = soles.loads(nothing, unfelt, joints, PERIOD_S)
+        told = told_by(soles, nothing, unfelt, joints)
     assert told == pytest.approx(nothing)
 
 
 def test_without_an_inertial_unit_only_what_cells_feel_is_told() -> None:
     soles = StandingSoles(FOAM, FootTilts(ROBOT, UNIT), WEIGHT_N)
     felt = np.array([[500.0, 10.0, -4.0], [0.0, 0.0, 0.0]])
-    assert soles.loads(felt, np.array([SURE, UNFELT]), HOME, PERIOD_S) == pytest.approx(felt)
+    assert told_by(soles, felt, [SURE, UNFELT], HOME) == pytest.approx(felt)

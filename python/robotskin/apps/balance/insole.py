@@ -34,17 +34,21 @@ CALIBRATION = 400
 LEAST_N, MOST_N = 150.0, 850.0
 
 
+_RIM = np.array([0.9, 0.83])
+"""Over half the sole's length and width: the outer cells' middles, 11 mm from the edge. No cell farther inside feels a
+foot that stands on an edge."""
+
+
 def seven_cells(half_m: tuple[float, float]) -> Array:
     """(7, 2) metres from the sole's middle: three in front, two in the centre, two at the back."""
-    x, y = half_m
-    front = [(0.7 * x, side * 0.6 * y) for side in (-1, 0, 1)]
-    return np.array([*front, *((at * x, side * 0.5 * y) for at in (0.0, -0.7) for side in (-1, 1))])
+    places = [(1, -1), (1, 0), (1, 1), (0, -1), (0, 1), (-1, -1), (-1, 1)]
+    return np.array(places) * _RIM * half_m
 
 
 def tiled(half_m: tuple[float, float]) -> Array:
-    """(32, 2) metres: the whole sole in cells, eight by four, the outer ones' middles 11 mm from the edge."""
-    x, y = half_m
-    return np.array([(a * x, b * y) for a in np.linspace(-0.9, 0.9, 8) for b in np.linspace(-0.83, 0.83, 4)])
+    """(32, 2) metres: the whole sole in cells, eight by four."""
+    places = [(along, across) for along in np.linspace(-1, 1, 8) for across in np.linspace(-1, 1, 4)]
+    return np.array(places) * _RIM * half_m
 
 
 class Insole:

@@ -107,7 +107,10 @@ class SolePort(WrappedPort):
         felt = [side.insole.feel(*one) for side, one in zip(self.sides, true, strict=True)]
         by_cells = [side.insole.calibration.load(one) for side, one in zip(self.sides, felt, strict=True)]
         unsure = [side.insole.calibration.unsure(one) for side, one in zip(self.sides, felt, strict=True)]
-        told = self._soles.loads(np.array(by_cells), np.array(unsure), self._joints, SAMPLED_TICKS * TICK_S)
+        doubt = [side.insole.calibration.doubt(one) for side, one in zip(self.sides, felt, strict=True)]
+        told = self._soles.loads(
+            np.array(by_cells), np.array(unsure), np.array(doubt), self._joints, SAMPLED_TICKS * TICK_S
+        )
         for index, shown in enumerate(told):
             self._waiting.append((self._tick + LATE_TICKS, index, shown))
         self._sampled(true, felt, told)

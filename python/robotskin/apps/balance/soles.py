@@ -22,7 +22,7 @@ _FEWEST = 6
 _SLIGHT = 0.03
 """A sensor that feels less than this share of the most says that the foot lifts off there, or nothing."""
 _UNSURE = 0.02
-"""σ of where a plane presses, over half the sole, while what feels is spread by 1 along the way of least spread."""
+"""σ of where a plane presses along an axis, over half the sole, while what feels is spread by 1 along that axis."""
 
 
 class SolePressure:
@@ -76,11 +76,12 @@ class SolePressure:
             counted = following
         return plane
 
-    def unsure(self, places_m: Array, pressure: Array, least: Array) -> float:
-        """σ of where the plane of `fitted` presses, over half the sole: large where few sensors feel, or near ones."""
+    def unsure(self, places_m: Array, pressure: Array, least: Array) -> Array:
+        """(2,) σ of where the plane of `fitted` presses along x and y, over half the sole: large along an axis on which
+        few sensors feel, or near ones; 1 at most."""
         rows = _basis(places_m / self._half)[_pressed(pressure, least)]
-        spread = float(np.linalg.eigvalsh(rows.T @ rows)[0])
-        return min(_UNSURE / np.sqrt(max(spread, 1e-9)), 1.0)
+        variance = np.diag(np.linalg.inv(rows.T @ rows + 1e-9 * np.eye(3)))[1:]
+        return np.asarray(np.minimum(_UNSURE * np.sqrt(variance), 1.0))
 
     def load(self, plane: Array) -> Array:
         """(3,): newton, and newton metres: the load times x and times y of where it presses."""
@@ -95,6 +96,7 @@ class SoleCalibration:
         """`places_m` (n, 2): sensors, from the sole's middle; `noise_n`: σ of one; `range_n`: where it ends."""
         self.pressure = SolePressure(half_m)
         self._places, self._noise_n, self._range_n = places_m, noise_n, range_n
+        self._rim = float(np.max(1 - np.abs(places_m / half_m).max(axis=0)))
         self.share = np.ones(len(places_m))
         """(n,) newton felt by each per newton of load, were it spread evenly."""
 
@@ -107,13 +109,25 @@ class SoleCalibration:
 
     def load(self, felt: Array) -> Array:
         """(3,) newton and newton metres, as `SolePressure.load`, of what (n,) sensors feel."""
-        least = 4 * self._noise_n / self.share
-        plane = self.pressure.fitted(self._places, felt / self.share, least, felt >= self._range_n)
+        plane = self.pressure.fitted(self._places, felt / self.share, self._least, felt >= self._range_n)
         return self.pressure.load(plane)
 
-    def unsure(self, felt: Array) -> float:
-        """σ of where `load` presses, over half the sole, from what (n,) sensors feel; 1 beside an edge without them."""
-        return self.pressure.unsure(self._places, felt / self.share, 4 * self._noise_n / self.share)
+    def unsure(self, felt: Array) -> Array:
+        """(2,) σ of where `load` presses along x and y, over half the sole, from what (n,) sensors feel; 1 beside an
+        edge without them."""
+        return self.pressure.unsure(self._places, felt / self.share, self._least)
+
+    def doubt(self, felt: Array) -> float:
+        """How much of the load on this sole its sensors may miss of it, beside those of other soles: a rim without
+        sensors, where few feel anything, and sensors at their end."""
+        pressed = _pressed(felt / self.share, self._least)
+        ended = np.count_nonzero(felt >= self._range_n) / max(np.count_nonzero(pressed), 1)
+        return float(self.unsure(felt).max() * self._rim + ended)
+
+    @property
+    def _least(self) -> Array:
+        """(n,) of the mean pressure that a newton makes: less may be noise."""
+        return 4 * self._noise_n / self.share
 
 
 def _pressed(pressure: Array, least: Array) -> NDArray[np.bool_]:

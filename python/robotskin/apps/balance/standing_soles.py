@@ -25,6 +25,8 @@ _TILT_RAD = 6e-4
 """σ of a tilt, beside what is not known of its offset: foam follows it, but not quite as told."""
 _LEAST_M = 5e-3
 """σ, at least, of where a tilt tells that a sole presses: also on an edge, where the tilt counts for nothing."""
+_MISSED = 5.0
+"""Cells that miss all of the load would know so much less where it is than those that feel all of it."""
 _ALIKE = 5.0
 """Samples in a row are wrong alike: σ of one, times this, for what is learnt from each."""
 _CORNERS = np.array([(along, across) for along in (-1.0, 1.0) for across in (-1.0, 1.0)])
@@ -66,12 +68,13 @@ class StandingSoles:
         self._shares = np.array([0.5, 0.5])
         self._unfelt_s = np.inf
 
-    def loads(self, felt: Array, unsure: Array, joints: Array, period_s: float) -> Array:
+    def loads(self, felt: Array, unsure: Array, doubt: Array, joints: Array, period_s: float) -> Array:
         """(2, 3) newton and newton metres, as `SolePressure.load`, about each sole's middle.
 
         Args:
             felt: (2, 3) newton and newton metres, as `SolePressure.load`, that the cells of each sole tell.
-            unsure: (2,) σ of where they say that it presses, over half the sole's length and width.
+            unsure: (2, 2) σ of where they say that each sole presses, over half its length and half its width.
+            doubt: (2,) how much of its load each sole's cells may miss, one beside the other.
             joints: (n,) rad, positions as measured; those of the base count for nothing.
             period_s: since the call before.
         """
@@ -82,26 +85,25 @@ class StandingSoles:
         if tilts is None or self._unfelt_s > _UNFELT_S:
             return felt
         found = felt.copy()
-        found[:, 0] += self._unfelt(felt[:, 0], unsure)
+        found[:, 0] += self._unfelt(felt[:, 0], doubt)
         for foot, load in enumerate(found[:, 0]):
             found[foot, 1:] = load * self._centre(foot, tilts[foot], max(load, 1.0), felt[foot], unsure[foot])
         self._shares = np.maximum(found[:, 0] / found[:, 0].sum(), _LEAST_SHARE)
         return found
 
-    def _unfelt(self, load_n: Array, unsure: Array) -> Array:
-        """(2,) N of the weight that the cells do not feel: on the sole that is less sure."""
-        doubt = unsure * self._shares
-        return np.asarray(max(self._weight_n - load_n.sum(), 0.0) * doubt / doubt.sum())
+    def _unfelt(self, load_n: Array, doubt: Array) -> Array:
+        """(2,) N of the weight that no cell feels: on the sole that bears more and whose cells may miss more."""
+        missed = (doubt + 1e-6) * self._shares
+        return np.asarray(max(self._weight_n - load_n.sum(), 0.0) * missed / missed.sum())
 
-    def _centre(self, foot: int, tilt: Array, load_n: float, felt: Array, unsure: float) -> Array:
+    def _centre(self, foot: int, tilt: Array, load_n: float, felt: Array, unsure: Array) -> Array:
         """(2,) m: of what its cells and its tilt tell, each by how sure it is; the tilt is learnt from the cells."""
         half, off = np.array(self._foam.half_m), np.sqrt(self._tilts.unsure[foot])
         stands = self._foam.centre(tilt, load_n)
         if felt[0] < _FELT * self._weight_n:
             return stands
         told = np.clip(felt[1:] / felt[0], -half, half)
-        # Cells that miss much of the load do not know where it is.
-        by_cells = half * (unsure + abs(load_n - felt[0]) / load_n)
+        by_cells = half * unsure * (1 + _MISSED * abs(load_n - felt[0]) / load_n)
         slope = self._foam.slope(tilt, load_n, np.hypot(off, _TILT_RAD))
         by_foam = np.sqrt(slope**2 @ np.full(2, _TILT_RAD**2))
         by_tilt = np.sqrt(slope**2 @ off**2 + by_foam**2 + _LEAST_M**2)
