@@ -121,7 +121,7 @@ class SoleCalibration:
         """How much of the load on this sole its sensors may miss of it, beside those of other soles: a rim without
         sensors, where few feel anything, and sensors at their end."""
         pressed = _pressed(felt / self.share, self._least)
-        ended = np.count_nonzero(felt >= self._range_n) / max(np.count_nonzero(pressed), 1)
+        ended = np.count_nonzero(felt >= self._range_n) / max(int(np.count_nonzero(pressed)), 1)
         return float(self.unsure(felt).max() * self._rim + ended)
 
     @property
