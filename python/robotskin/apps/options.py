@@ -15,6 +15,7 @@ __all__ = [
     "KnowledgeFile",
     "Port",
     "Seed",
+    "SelfCollision",
     "StiffnessRatio",
     "Threads",
     "refuse_in_page",
@@ -25,6 +26,9 @@ Headless = Annotated[bool, typer.Option("--headless", help="No page: run the scr
 Seed = Annotated[int, typer.Option(help="Repeats the run.", min=0)]
 JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable)
+]
+SelfCollision = Annotated[
+    bool, typer.Option("--self-collision", help="Keep bodies apart and joints off their ends, before all else.")
 ]
 Port = Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)]
 GripperRobot = Annotated[str, typer.Option("--robot", help="ur5_gripper or panda_gripper.")]

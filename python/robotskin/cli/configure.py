@@ -136,6 +136,7 @@ def command(
         raise InputError(f"--record {record} with --from: nothing moves, so nothing is recorded")
     because = "with --from: nothing moves"
     refuse_unless(source is None, context, "postures", "swing_postures", "floor_m", because=because)
+    refuse_unless(source is None or camera, context, "seed", "ideal", because=f"{because}, and no camera is simulated")
     model = robot_with_gains(robot).robot
     chosen = tuple(step.strip() for step in steps.split(","))
     # Whatever can be refused is refused before the robot moves.

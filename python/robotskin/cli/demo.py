@@ -103,6 +103,8 @@ def command(
     require_writable("--json", json_file, (".json",))
     refuse_in_page(headless, context, "json_file", "seconds")
     refuse_unless(not headless, context, "ros2_commands", because="is for the page")
+    because = "is for the page: the script of --headless measures every interface, by clock and by event"
+    refuse_unless(not headless, context, "interface", "mode", because=because)
     around = None if scene is None else load_scene(scene)
     console = terminal()
     with waiting(f"loading {robot}"):

@@ -29,6 +29,9 @@ SKIN_FRICTION = 0.8
 STANDING_SCENE = SceneSpec(about="A floor to stand on.", floor=FloorSpec(robot_stands=True))
 """Around a robot that stands, where no other scene is asked for."""
 
+ARENA_BYTES = 64 * 2**20
+"""For contacts: a hug of 160 cells took more than the 16 MiB that MuJoCo gives by itself."""
+
 _IMPEDANCE = 0.5
 _USUAL_END = (0.02, 1.0)
 """Time constant and damping of a joint's end in MuJoCo: rubber, into which a light finger goes by milliradians."""
@@ -118,6 +121,7 @@ def build(
     spec = robot.mujoco_spec()
     differ(spec)
     spec.option.timestep = timestep_s
+    spec.memory = ARENA_BYTES
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     covered = {layout.links[index] for index in np.unique(layout.link)}

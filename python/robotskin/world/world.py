@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from functools import partial
 
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -182,7 +183,10 @@ class World:
         return self.epoch_ns + self._core.time_ns
 
     def step(self, duration_s: float, *, realtime: bool = False) -> None:
-        """Run for a time, in whole milliseconds; with `realtime` no faster than the clock on the wall."""
+        """Run for a time, in whole milliseconds; with `realtime` no faster than the clock on the wall.
+
+        Raises WorldError where MuJoCo warns, such as of contacts that it left out.
+        """
         steps = round(duration_s / self.scene.model.opt.timestep)
         if steps < 0:
             raise WorldError(f"step of {duration_s} s: must not be negative")
@@ -193,11 +197,22 @@ class World:
             now = min(chunk, steps - done)
             with self._lock:
                 self._core.run(round(now * self.scene.model.opt.timestep * 1e9))
+            self._require_physics()
             done += now
             if realtime:
                 ahead = start + done * self.scene.model.opt.timestep - time.monotonic()
                 if ahead > 0:
                     time.sleep(ahead)
+
+    def _require_physics(self) -> None:
+        """Raises WorldError once MuJoCo has warned: it left contacts out, or began anew. No figure may come of that."""
+        counts = self.scene.data.warning.number
+        if counts.any():
+            kind = mujoco.mjtWarning(int(np.argmax(counts > 0))).name
+            raise WorldError(
+                f"physics: MuJoCo warned {kind} {counts.max()} times up to {self.time_s:.3f} s, so this is not the "
+                "world that was asked for; take fewer things, a lighter push or a softer contact"
+            )
 
     # ---- Robot, network, datagrams ----
 

@@ -106,6 +106,8 @@ def test_what_is_typed_wrong_is_told_in_one_line_with_what_to_type_next(typed: s
         ("demo --json found.json", "--json", "is for --headless"),
         ("connect ur5 --robot-port ur:127.0.0.1 --seconds 3", "--seconds", "is for --headless"),
         (f"configure ur5 --from {__file__} --postures 5", "--postures", "nothing moves"),
+        (f"configure ur5 --from {__file__} --seed 5", "--seed", "no camera is simulated"),
+        ("demo --headless --interface torque", "--interface", "measures every interface"),
         ("export none.mcap --foxglove seen.mcap --fps 10", "--fps", "is for --lerobot"),
         ("record none.mcap --repair --seed 3", "--seed", "nothing is recorded"),
         ("replay none.mcap --port 8081", "--port", "is for --page"),

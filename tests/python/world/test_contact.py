@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the cells feel adds up to what MuJoCo says, wherever a hand presses."""
 
+import mujoco
 import numpy as np
 import pytest
 
 from robotskin.layout.cell import PORT_POINTS_M
-from robotskin.world import HandSpec, Imperfections, SceneSpec, ThingSpec
+from robotskin.world import HandSpec, Imperfections, SceneSpec, ThingSpec, WorldError
 from robotskin.world.things import Sphere
 
 FULL_SCALE_N = 10.0
@@ -117,3 +118,12 @@ def test_imperfect_cells_still_balance_within_five_percent(make_body, skin, gene
         assert felt == pytest.approx(world.contact_normal_force()[0], rel=0.05)
         world.release()
         world.step(0.6)
+
+
+def test_a_world_of_which_mujoco_warns_goes_no_further(make_body):
+    """As where its arena is full: contacts are left out, and no figure may come of that."""
+    world = make_body()
+    world.step(0.01)
+    world.scene.data.warning[mujoco.mjtWarning.mjWARN_CNSTRFULL].number = 1
+    with pytest.raises(WorldError, match=r"mjWARN_CNSTRFULL 1 times up to 0\.02"):
+        world.step(0.01)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed, Threads, refuse_in_page, refuse_unless
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, SelfCollision, Threads, refuse_in_page, refuse_unless
 
 ROBOT, LAYOUT = "talos_standing", "talos_embrace"
 """A skin whose cells cover the chest's front too, where a person pushes first."""
@@ -27,12 +27,15 @@ def command(
     soles: Annotated[
         bool, typer.Option("--soles", help="No sensor at the ankles: seven cells in each sole tell the forces.")
     ] = False,
+    self_collision: SelfCollision = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
     port: Port = 8080,
     threads: Threads = 1,
 ) -> None:
     """Push a standing humanoid: it gives way, leans, and stands. Exit status 0: it stood, and no limit was violated."""
+    from functools import partial
+
     from rich.console import Console
 
     from robotskin.apps.balance import script
@@ -50,10 +53,9 @@ def command(
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)
         layout = finished(LAYOUT, ROBOT)
-        session = (
-            SoleSession(ready.robot, layout, CELLS_OF_A_SOLE, seed=seed, gains=ready.gains, threads=threads)
-            if soles
-            else Session(ready.robot, layout, seed=seed, gains=ready.gains, threads=threads)
+        stands = partial(SoleSession, cells=CELLS_OF_A_SOLE) if soles else Session
+        session = stands(
+            ready.robot, layout, seed=seed, gains=ready.gains, self_collision=self_collision, threads=threads
         )
     if not headless:
         from robotskin.apps.balance.panel import show

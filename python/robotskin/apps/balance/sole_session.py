@@ -24,6 +24,7 @@ class SoleSession(Session):
         *,
         seed: int = 1,
         gains: GainSet | None = None,
+        self_collision: bool = False,
         threads: int = 1,
     ) -> None:
         super().__init__(
@@ -31,6 +32,7 @@ class SoleSession(Session):
             layout,
             seed=seed,
             gains=gains,
+            self_collision=self_collision,
             threads=threads,
             port=lambda inner: SolePort(self.world, robot, inner, cells, seed),
         )

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed, Threads, refuse_in_page, refuse_unless
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, SelfCollision, Threads, refuse_in_page, refuse_unless
 from robotskin.outputs import writable
 
 
@@ -52,9 +52,7 @@ def command(
         Path | None,
         typer.Option("--teach", help="Both arms are led by touch, and their paths written here.", callback=writable),
     ] = None,
-    self_collision: Annotated[
-        bool, typer.Option("--self-collision", help="Keep bodies apart and joints off their ends.")
-    ] = False,
+    self_collision: SelfCollision = False,
     headless: Headless = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
