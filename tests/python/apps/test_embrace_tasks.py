@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from robotskin.apps.embrace.tasks import EMBRACE_BALANCE, embrace_balance_gains, use_embrace
+from robotskin.apps.embrace.tasks import EMBRACE_BALANCE, embrace_balance_gains, embrace_gains, use_embrace
 from robotskin.control import Controller
 from robotskin.layout import finished
 from robotskin.robots.gains import robot_with_gains
@@ -57,3 +57,20 @@ def test_the_balance_of_an_embrace_differs_from_the_usual_one_by_the_lean_alone(
     assert {name: value for name, value in gains.items() if name not in ("by_skin", "lean")} == {
         name: value for name, value in _values(usual).items() if name not in ("by_skin", "lean")
     }
+
+
+def test_in_an_embrace_only_the_trunk_weighs_a_touch_by_less() -> None:
+    ready = robot_with_gains("talos_standing")
+    layout = finished("talos_embrace", "talos_standing")
+    skin = layout.skin_model()
+    usual, embracing = (
+        gains.force_weights(ready.robot.core, skin)
+        for gains in (ready.gains, embrace_gains(ready.gains, ready.robot.core))
+    )
+    on_trunk, on_arms = (
+        np.array([layout.links[link].startswith(limb) for link in layout.link]) for limb in ("torso", "arm")
+    )
+    assert (embracing[on_arms] == usual[on_arms]).all()
+    assert embracing[on_trunk].max() <= ready.gains.values["skin"]["largest_force_weight"] < usual[on_trunk].max()
+    fixed = robot_with_gains("talos").gains
+    assert embrace_gains(fixed, robot_with_gains("talos").robot.core) is fixed

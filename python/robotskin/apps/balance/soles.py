@@ -78,10 +78,13 @@ class SolePressure:
 
     def unsure(self, places_m: Array, pressure: Array, least: Array) -> Array:
         """(2,) σ of where the plane of `fitted` presses along x and y, over half the sole: large along an axis on which
-        few sensors feel, or near ones; 1 at most."""
-        rows = _basis(places_m / self._half)[_pressed(pressure, least)]
+        few sensors feel, or near ones, and no larger than between the next that feel nothing; 1 at most."""
+        places = places_m / self._half
+        felt = _pressed(pressure, least)
+        rows = _basis(places)[felt]
         variance = np.diag(np.linalg.inv(rows.T @ rows + 1e-9 * np.eye(3)))[1:]
-        return np.asarray(np.minimum(_UNSURE * np.sqrt(variance), 1.0))
+        between = [_between(places[:, axis], felt) for axis in (0, 1)]
+        return np.minimum(_UNSURE * np.sqrt(variance), np.array(between) / np.sqrt(12))
 
     def load(self, plane: Array) -> Array:
         """(3,): newton, and newton metres: the load times x and times y of where it presses."""
@@ -128,6 +131,15 @@ class SoleCalibration:
     def _least(self) -> Array:
         """(n,) of the mean pressure that a newton makes: less may be noise."""
         return 4 * self._noise_n / self.share
+
+
+def _between(places: Array, felt: NDArray[np.bool_]) -> float:
+    """How far it is, along an axis, between the next sensors (n,) or edges beyond all that feel anything."""
+    if not felt.any():
+        return np.sqrt(12)
+    low, high = places[felt].min(), places[felt].max()
+    below, above = places[~felt & (places < low)], places[~felt & (places > high)]
+    return float(above.min(initial=1.0) - below.max(initial=-1.0))
 
 
 def _pressed(pressure: Array, least: Array) -> NDArray[np.bool_]:

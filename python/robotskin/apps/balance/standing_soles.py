@@ -108,5 +108,7 @@ class StandingSoles:
         by_foam = np.sqrt(slope**2 @ np.full(2, _TILT_RAD**2))
         by_tilt = np.sqrt(slope**2 @ off**2 + by_foam**2 + _LEAST_M**2)
         self._tilts.learn(foot, told - stands, slope, _ALIKE * np.hypot(by_cells, by_foam))
+        # What cells feel is not on the other side of the sole: a tilt that says so is learnt wrong.
+        by_tilt = np.hypot(by_tilt, np.maximum(np.abs(told - stands) - 3 * by_cells, 0.0))
         share = by_tilt**2 / (by_cells**2 + by_tilt**2)
         return np.asarray(share * told + (1 - share) * stands)

@@ -16,7 +16,9 @@ Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
 CHEST = "torso_2_link"
-_BENDS = "torso_2_joint"
+TRUNK = ("torso_1_joint", "torso_2_joint")
+"""Joints that turn and bend both arms and the chest."""
+_BENDS = TRUNK[1]
 _ELBOW, _WRIST = "arm_left_4_link", "arm_left_7_link"
 _FOREARM_M = 0.266
 """From elbow to wrist."""

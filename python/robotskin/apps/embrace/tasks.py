@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.apps.embrace.arms import TRUNK
 from robotskin.control import FEEDFORWARD, Behaviour, TaskLibrary
-from robotskin.robots.gains import ChosenGains, give_share
+from robotskin.model import RobotModel
+from robotskin.robots.gains import ChosenGains, GainSet, give_share
 from robotskin.session import SkinnedRobot
 from robotskin.tasks import BalanceGains, BalanceTask, Fusion, JointTask, SkinReactionTask, Task
 
@@ -39,7 +41,8 @@ def use_embrace(
     def make(library: TaskLibrary, chosen: ChosenGains) -> Task:
         if library.skin_map is not None:
             return library.map_reaction(chosen, compliance_share, allowed)
-        gains = give_share(chosen.gains.skin_gains(library.robot, library.skin, posture), compliance_share, allowed)
+        gains = embrace_gains(chosen.gains, library.robot).skin_gains(library.robot, library.skin, posture)
+        gains = give_share(gains, compliance_share, allowed)
         return SkinReactionTask(library.touch(gains), BANDWIDTH_HZ, own_scale=compliance_share)
 
     session.controller.library.add(EMBRACE_SKIN, make)
@@ -53,6 +56,21 @@ def use_embrace(
     task = made["joint"]
     assert isinstance(task, JointTask)
     return task
+
+
+def embrace_gains(gains: GainSet, robot: RobotModel) -> GainSet:
+    """Gains whose trunk weighs a touch by no more than `largest_force_weight`.
+
+    A robot that stands leans against a touch, which takes back some of what its trunk gives; so the trunk's weight may
+    be larger. In an embrace the robot does not lean, and with that weight a person who was pushed went less far.
+    """
+    by_joint = gains.values["skin"].get("largest_force_weight_by_joint")
+    if by_joint is None:
+        return gains
+    trunk = [robot.joint_index(name) for name in TRUNK]
+    weights = [0.0 if joint in trunk else weight for joint, weight in enumerate(by_joint)]
+    skin = gains.values["skin"] | {"largest_force_weight_by_joint": weights}
+    return replace(gains, values=gains.values | {"skin": skin})
 
 
 def _balance(library: TaskLibrary, _chosen: ChosenGains) -> Task:
