@@ -82,6 +82,8 @@ def run(
     if unknown:
         raise typer.BadParameter(f"{unknown[0]!r}: the parts are {', '.join(PARTS)}")
     folder = data or default_data()
+    if folder is None and wanted == ["tum"]:
+        raise typer.BadParameter("no folder of published patch files is known: name theirs", param_hint="--data")
     if folder is None and "tum" in wanted:
         print("no TUM patch files: part tum is left out (--data names their folder)", file=sys.stderr)
         wanted.remove("tum")
