@@ -7,6 +7,8 @@ import pytest
 from robotskin import firmware, robots
 from robotskin.robots.chains import Chain
 from robotskin.simulator import LineQuality
+from robotskin.world.ideal import cells_take_time
+from robotskin_lab.bench.firmware_chip import BUDGET_CYCLES, busiest_cell, metered
 from robotskin_lab.chip import ChipError, ChipImage, EmulatedCell, build
 from robotskin_lab.chip.image import FLASH_BYTES, RAM_BYTES, SOURCES, read_elf
 from robotskin_lab.chip.meter import Meter
@@ -117,6 +119,15 @@ def test_a_meter_changes_nothing_and_counts_what_the_manual_says(image: ChipImag
     meter.forget()
     assert not meter.inputs
     assert not meter.functions
+
+
+def test_the_busiest_cell_of_a_cable_keeps_its_budget(seed: int) -> None:
+    """66 cells at 250 Hz with torques: at most half of 48 MHz, and three fifths with one wait state of the flash."""
+    with cells_take_time():
+        rig, meter = busiest_cell(seed)
+    _, worst = metered(rig, meter, 25)
+    assert worst.cycles <= 0.50 * BUDGET_CYCLES
+    assert worst.cycles_one_wait <= 0.60 * BUDGET_CYCLES
 
 
 @pytest.mark.parametrize(
