@@ -32,7 +32,8 @@ class KinematicEstimate:
     offset: (N, 3) m/s²; scale: (N, 3).
     noise_factor: estimated over stated deviation of the readings, at least 1.
     swing_weight: (S, N) 1 trusted, near 0 an outlier, 0 missing.
-    axis_deviation_rad, point_deviation_m: (J,) standard deviation of each axis across itself, in the base frame.
+    axis_deviation_rad, point_deviation_m: (J,) standard deviation of each axis across itself, in the base frame, by
+        readings taken for independent: too small, since many are wrong alike.
     covariance: (N, 6, 6) of an error (w, d) of base_from_cell at the zero posture: rotation = R exp(w), w in the cell's
         frame, rad; position = p + d, base frame, m. inf on the diagonal, zero beside it, where motion tells nothing.
     unobservable: what no motion tells, each with infinite variance; the base frame itself first.
