@@ -62,7 +62,7 @@ def embrace_gains(gains: GainSet, robot: RobotModel) -> GainSet:
     """Gains whose trunk weighs a touch by no more than `largest_force_weight`.
 
     A robot that stands leans against a touch, which takes back some of what its trunk gives; so the trunk's weight may
-    be larger. In an embrace the robot does not lean, and with that weight a person who was pushed went less far.
+    be larger. In an embrace the robot does not lean, and with that weight a pushed person went less far.
     """
     by_joint = gains.values["skin"].get("largest_force_weight_by_joint")
     if by_joint is None:
