@@ -85,13 +85,17 @@ def test_soles_that_are_sure_are_believed_whatever_the_tilt_says() -> None:
 
 
 def test_what_the_cells_miss_is_borne_where_they_may_miss_it() -> None:
-    """A foot in the air whose cells reach its edges is given nothing of what sensors at their end do not feel."""
+    """A foot in the air whose cells reach its edges is given nothing of what sensors at their end do not feel. What is
+    told beyond the weight is taken from those, too."""
     soles, joints = tilted(0.0, 0.0)
     felt = np.array([[600.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     places = np.array([[SURE, SURE], [UNFELT, UNFELT]])
     for _ in range(10):
         told = soles.loads(felt, places, np.array([0.5, 0.0]), joints, PERIOD_S)
     assert told[:, 0] == pytest.approx([WEIGHT_N, 0.0], abs=0.1)
+    beyond = np.array([[1500.0, 0.0, 0.0], [300.0, 0.0, 0.0]])
+    told = soles.loads(beyond, np.array([[SURE, SURE]] * 2), np.array([0.5, 0.0]), joints, PERIOD_S)
+    assert told[:, 0] == pytest.approx([WEIGHT_N - 300.0, 300.0], abs=0.1)
 
 
 def test_what_cells_told_of_a_tilt_counts_when_they_feel_nothing() -> None:

@@ -27,6 +27,8 @@ _LEAST_M = 5e-3
 """σ, at least, of where a tilt tells that a sole presses: also on an edge, where the tilt counts for nothing."""
 _MISSED = 5.0
 """Cells that miss all of the load would know so much less where it is than those that feel all of it."""
+_MOST_TOO_MUCH = 0.9
+"""Of what cells tell of a load, what they may have told beyond it: sensors at their end leave a plane open."""
 _ALIKE = 5.0
 """Samples in a row are wrong alike: σ of one, times this, for what is learnt from each."""
 _CORNERS = np.array([(along, across) for along in (-1.0, 1.0) for across in (-1.0, 1.0)])
@@ -85,16 +87,18 @@ class StandingSoles:
         if tilts is None or self._unfelt_s > _UNFELT_S:
             return felt
         found = felt.copy()
-        found[:, 0] += self._unfelt(felt[:, 0], doubt)
+        found[:, 0] += self._missed(felt[:, 0], doubt)
         for foot, load in enumerate(found[:, 0]):
             found[foot, 1:] = load * self._centre(foot, tilts[foot], max(load, 1.0), felt[foot], unsure[foot])
         self._shares = np.maximum(found[:, 0] / found[:, 0].sum(), _LEAST_SHARE)
         return found
 
-    def _unfelt(self, load_n: Array, doubt: Array) -> Array:
-        """(2,) N of the weight that no cell feels: on the sole that bears more and whose cells may miss more."""
+    def _missed(self, load_n: Array, doubt: Array) -> Array:
+        """(2,) N by which the cells of each sole miss its load, of what both lack of the weight or feel beyond it: more
+        of that where a sole bears more and its cells may be more wrong."""
         missed = (doubt + 1e-6) * self._shares
-        return np.asarray(max(self._weight_n - load_n.sum(), 0.0) * missed / missed.sum())
+        lack = (self._weight_n - load_n.sum()) * missed / missed.sum()
+        return np.asarray(np.maximum(lack, -_MOST_TOO_MUCH * load_n))
 
     def _centre(self, foot: int, tilt: Array, load_n: float, felt: Array, unsure: Array) -> Array:
         """(2,) m: of what its cells and its tilt tell, each by how sure it is; the tilt is learnt from the cells."""
