@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.apps.options import Threads
+from robotskin.apps.options import SelfCollision, Threads
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
@@ -65,10 +65,7 @@ def command(
         str,
         typer.Option(help="What sums the torque of the skin task: host, or skin: the cells themselves."),
     ] = "host",
-    self_collision: Annotated[
-        bool,
-        typer.Option("--self-collision", help="Keep bodies apart and joints off their limits, too."),
-    ] = False,
+    self_collision: SelfCollision = False,
     skin_map: Annotated[
         Path | None,
         typer.Option(
