@@ -12,6 +12,7 @@ import pytest
 from test_keys import KEY, skin
 from test_queues import Crowded
 from test_route import cell_between
+from test_sampling import lone_event_cell
 
 from robotskin_lab import _lab, firmware
 
@@ -24,6 +25,8 @@ FIRMWARE.rs_cell_sealed.restype = ctypes.c_bool
 for check in (FIRMWARE.rs_route_check, FIRMWARE.rs_queues_check):
     check.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
     check.restype = None
+FIRMWARE.rs_sampling_take.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_bool, ctypes.c_uint32)
+FIRMWARE.rs_sampling_take.restype = None
 
 
 def sum_of(halfwords: bytes) -> int:
@@ -95,3 +98,15 @@ def test_no_more_samples_are_kept_that_were_sent_than_there_is_room_for(waiting:
     state[at] = sent
     FIRMWARE.rs_queues_check(memory, bench.now)
     assert state[at] == (sent if kept else 0)
+
+
+def test_a_cell_that_has_lost_its_rate_samples_no_more_until_that_is_healed() -> None:
+    feeder, now = lone_event_cell(event_rate=500)
+    state = bytearray(feeder.cell.state)
+    mode_and_rates = struct.pack("<BBH", 1, 250, 500)
+    at = state.index(mode_and_rates)  # then in what is kept in flash
+    state[at + 1 : at + 4] = bytes(3)
+    memory = (ctypes.c_uint64 * (len(state) // 8)).from_buffer(state)
+    lost = bytes(state)
+    FIRMWARE.rs_sampling_take(memory, (ctypes.c_int32 * 32)(), False, now)
+    assert [pair for pair in zip(lost, state, strict=True) if pair[0] != pair[1]] == [(1, 0)]  # it runs no more

@@ -41,6 +41,20 @@ class Crowded(Between):
             self.take(self.cell.sent(port, self.now), self.now)
 
 
+@pytest.mark.parametrize("bit", [45, 100, 159])
+def test_a_damaged_sample_of_a_child_goes_no_further(bit: int) -> None:
+    bench = Crowded()
+    frame = bytearray(firmware.pack("clock", {"source": 9, "ttl": 63}))
+    for damaged in (0, 1):
+        bench.now += 100
+        bench.out.clear()
+        bench.hear(2, bytes(frame))
+        passed_on = [port for port, sent in bench.out if sent[0] >> 4 == frame[0] >> 4]
+        assert passed_on == ([] if damaged else [1])
+        assert bench.cell.counts["frames_damaged"] == damaged
+        frame[bit // 8] ^= 0x80 >> bit % 8
+
+
 @pytest.mark.parametrize(("kind", "changing"), [("topology", "revision"), ("join", "challenge")])
 def test_a_newer_report_of_a_cell_takes_the_place_of_its_last_one_where_there_is_no_room(
     kind: str, changing: str, seed: int

@@ -116,6 +116,12 @@ def test_only_where_the_line_is_full_do_lost_frames_thin_out_samples(samples_hz:
     assert Loaded().divisors(20, 60, samples_hz, dropped=1)[-1] == divisor
 
 
+def test_where_samples_are_thinned_out_already_lost_frames_thin_them_out_further() -> None:
+    bench = Loaded()
+    assert bench.divisors(100, 60, 19_000)[-1] == 2
+    assert 3 in bench.divisors(100, 60, 2 * 19_000, dropped=1)
+
+
 @pytest.mark.parametrize("divisor", range(1, 15))
 def test_a_line_carries_70_cells_for_each_part_of_the_rate(divisor: int) -> None:
     assert Loaded().divisors(70 * divisor, 20)[-1] == divisor

@@ -157,6 +157,19 @@ def test_the_largest_surplus_is_wanted_first() -> None:
     assert all(wants == [(3, 15), (2, 5), (0, 0)] for wants in bench.wants(1))
 
 
+def test_of_several_surpluses_each_has_its_place_whichever_is_found_first() -> None:
+    bench = Trees([(40, 4, 2), (35, 3, 1), (30, 3, 1), (37, 3, 1)])
+    assert bench.wants(1)
+    assert all(wants == [(3, 5), (2, 3), (4, 2)] for wants in bench.wants(1))
+
+
+def test_a_neighbour_that_is_to_get_enough_from_others_keeps_no_other_from_being_given_to() -> None:
+    bench = Trees([(10, 2, 2), (5, 2, 4), (4, 2, 1), (40, 4, 2)])
+    bench.run_ms(200)
+    given_to = [{root for root, _ in wants} - {0} for wants in bench.wants(1)]
+    assert {3} in given_to
+
+
 def peer_datagram(bench: Bench, unit: int, sequence: int, size: int, cap: int = 0) -> bytes:
     """What another unit of the group says that hears this one and has 15 trees of that size and cap."""
     session, now = 100 + unit, bench.now & 0xFFFFFFFF
