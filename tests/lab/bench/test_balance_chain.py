@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from robotskin.errors import UnknownNameError
+from robotskin.session import Session
+from robotskin.world import WorldError
 from robotskin_lab.bench import balance, balance_chain
 from robotskin_lab.bench.balance_chain import chain_figures, pushed_through_chain
 from robotskin_lab.bench.balance_rig import CHEST, drawn_cells, ramp
@@ -15,6 +17,20 @@ def test_a_push_through_the_whole_chain_is_borne_and_stops_nothing(seed: int) ->
     cell = drawn_cells(seed, 1, CHEST, np.array((1.0, 0.0, 0.0)))[0]
     outcome = pushed_through_chain(seed, cell, (1.0, 0.0, 0.0), lambda t: 30.0 * min(t / 0.3, 1.0), 1.0)
     assert outcome == Outcome(stands=True, stopped=False)
+
+
+def test_a_world_that_breaks_once_the_robot_lies_takes_nothing_from_the_outcome(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shut_down = Session.shut_down
+
+    def broken(session: Session) -> None:
+        shut_down(session)
+        raise WorldError("MuJoCo warned")
+
+    monkeypatch.setattr(Session, "shut_down", broken)
+    cell = drawn_cells(seed, 1, CHEST, np.array((1.0, 0.0, 0.0)))[0]
+    assert not pushed_through_chain(seed, cell, (1.0, 0.0, 0.0), lambda t: 200.0 if t < 0.6 else 0.0, 3.0).stands
 
 
 def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(
