@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Limits of a standing robot through firmware, network and driver, beside those of the reduced rig."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
@@ -19,8 +21,9 @@ def test_a_push_through_the_whole_chain_is_borne_and_stops_nothing(seed: int) ->
     assert outcome == Outcome(stands=True, stopped=False)
 
 
-def test_a_world_that_breaks_once_the_robot_lies_takes_nothing_from_the_outcome(
-    seed: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("force_n", "falls"), [(200.0, True), (0.0, False)])
+def test_only_a_robot_that_has_fallen_may_lie_in_a_world_that_breaks_afterwards(
+    force_n: float, falls: bool, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shut_down = Session.shut_down
 
@@ -30,7 +33,11 @@ def test_a_world_that_breaks_once_the_robot_lies_takes_nothing_from_the_outcome(
 
     monkeypatch.setattr(Session, "shut_down", broken)
     cell = drawn_cells(seed, 1, CHEST, np.array((1.0, 0.0, 0.0)))[0]
-    assert not pushed_through_chain(seed, cell, (1.0, 0.0, 0.0), lambda t: 200.0 if t < 0.6 else 0.0, 3.0).stands
+    with nullcontext() if falls else pytest.raises(WorldError, match="warned"):
+        seconds = 3.0 if falls else 0.1
+        assert not pushed_through_chain(
+            seed, cell, (1.0, 0.0, 0.0), lambda t: force_n if t < 0.6 else 0.0, seconds
+        ).stands
 
 
 def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(

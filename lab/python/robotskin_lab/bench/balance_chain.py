@@ -7,7 +7,7 @@ Cell, plate and push are those of the reduced rig, whose skin tells true forces 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 
 import numpy as np
 
@@ -73,6 +73,7 @@ def pushed_through_chain(
     scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=(plate,))
     session = Session(ready.robot, layout, seed=seed, gains=ready.gains, link="in process", scene=scene)
     home_height = float(ready.gains.home[2])
+    stands = True
     try:
         session.boot()
         session.run(SETTLES_S)
@@ -86,7 +87,7 @@ def pushed_through_chain(
         )
         stopped = session.state not in (SafetyState.running, SafetyState.degraded)
     finally:
-        # The plate may lie inside of a robot that has fallen; how it fell is known by then.
-        with suppress(WorldError):
+        # The plate may lie inside of a robot that has fallen; that it fell is known by then.
+        with nullcontext() if stands else suppress(WorldError):
             session.shut_down()
     return Outcome(stands, stopped)
