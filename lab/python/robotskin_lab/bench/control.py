@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from robotskin.control import BEHAVIOURS
 from robotskin.errors import UnknownNameError
 from robotskin_lab.bench import (
     control_collision,
@@ -40,6 +41,7 @@ def run(
     states: Count = 10000,
     pushed_cells: Count = 10,
     soak_seconds: float = 600.0,
+    soak_behaviours: str = ",".join(BEHAVIOURS),
     seeds: Count = 1,
     tsid_python: str = "",
 ) -> dict[str, Any]:
@@ -48,15 +50,19 @@ def run(
     Of several `seeds`, from `seed` on, each key is the worst.
 
     `ticks` periods a timed stack, `states` random states for the leaks, `pushed_cells` cells pushed with 5, 15 and 30 N
-    through each interface, `soak_seconds` for every behaviour on each of three robots. `tsid_python` is the Python of
+    through each interface, `soak_seconds` for each of `soak_behaviours` on each of three robots. `tsid_python` is the Python of
     an environment that has TSID (else ROBOTSKIN_TSID_PYTHON): without one, the figures of that peer are absent.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
         if part not in PARTS:
             raise UnknownNameError("part of bench control", part, PARTS)
+    soaked = [name.strip() for name in soak_behaviours.split(",")]
+    for name in soaked:
+        if name not in BEHAVIOURS:
+            raise UnknownNameError("behaviour", name, BEHAVIOURS)
     by_seed = [
-        _of_seed(number, wanted, ticks, states, pushed_cells, soak_seconds, tsid_python)
+        _of_seed(number, wanted, ticks, states, pushed_cells, soak_seconds, soaked, tsid_python)
         for number in range(seed, seed + seeds)
     ]
     return worst_of(by_seed) | {"seeds": float(seeds)}
@@ -75,7 +81,14 @@ def worst_of(by_seed: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _of_seed(
-    seed: int, wanted: list[str], ticks: int, states: int, pushed_cells: int, soak_seconds: float, tsid_python: str
+    seed: int,
+    wanted: list[str],
+    ticks: int,
+    states: int,
+    pushed_cells: int,
+    soak_seconds: float,
+    soaked: list[str],
+    tsid_python: str,
 ) -> dict[str, Any]:
     measure = {
         "ticks": lambda: control_ticks.tick_figures(seed, ticks),
@@ -88,7 +101,7 @@ def _of_seed(
         "spread": lambda: control_spread.spread_figures(seed, pushed_cells),
         "collision": lambda: control_collision.collision_figures(seed),
         "proximity": lambda: control_proximity.proximity_figures(seed),
-        "soak": lambda: control_soak.soak_figures(seed, soak_seconds),
+        "soak": lambda: control_soak.soak_figures(seed, soak_seconds, behaviours=soaked),
     }
     figures: dict[str, Any] = {}
     for part in wanted:
