@@ -17,6 +17,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_cells import EMBRACE, hand_cells
 from robotskin_lab.bench.balance_chain import chain_figures
+from robotskin_lab.bench.balance_chain_touches import chain_touch_figures
 from robotskin_lab.bench.balance_faults import fault_figures
 from robotskin_lab.bench.balance_palm import palm_figures
 from robotskin_lab.bench.balance_picture import draw_pushed, pushed
@@ -74,7 +75,7 @@ KINDS = (
     Kind("impulse_chest_ns", impulse, 24.0, 60.0),
     Kind("impulse_side_ns", impulse, 38.0, 80.0, side=True),
 )
-PARTS = ("limits", "chain", "give", "three", "touches", "palm", "soles", "faults")
+PARTS = ("limits", "chain", "give", "three", "touches", "chain_touches", "palm", "soles", "faults")
 LARGE_IS_WORSE = ("spread", "max", "falls", "stops", "unfelt_points", "redrawn", "violations", "error_p95_mm")
 MOST_COUNTS = ("statue", "stiff", "fault_stops")
 """What names of figures begin with, of which the largest of the seeds counts."""
@@ -104,9 +105,10 @@ def run(
 
     A push from the side is on the shoulder, since the arms hang there.
 
-    Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is not, but for chain and
-    palm: the skin's forces are true, 8 ms late, and end at 10 N a sensor. Give, palm and three pushes at once are
-    measured on the layout talos_embrace, in which chest and wrists have cells; all else on Talos' own.
+    Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is there in the parts
+    chain, chain_touches and palm; in all others the skin's forces are true, 8 ms late, and end at 10 N a sensor. Give,
+    palm and three pushes at once are measured on the layout talos_embrace, in which chest and wrists have cells; all
+    else on Talos' own.
 
     Args:
         seed: of world and cells; the first of `seeds`.
@@ -116,8 +118,9 @@ def run(
         laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless, soles; or all.
         kinds: figures, with commas between; or all.
         parts: with commas between: limits, chain (limits on the chest at one cell, through firmware, network and
-            driver), give, three (pushes at once), touches (at random), palm, soles (how far their zero-moment point
-            is off), faults (of sensors, cells and control, one at a time); empty: none.
+            driver), give, three (pushes at once), touches (at random), chain_touches (the same through firmware,
+            network and driver), palm, soles (how far their zero-moment point is off), faults (of sensors, cells and
+            control, one at a time); empty: none.
         triples: of pushes at once.
         touches_s: seconds of random touches.
         picture: where one slow push on the chest of a compliant robot and of a statue is drawn (PNG).
@@ -154,6 +157,8 @@ def run(
             found |= three_figures(one, triples)
         if "touches" in asked:
             found |= touch_figures(one, touches_s)
+        if "chain_touches" in asked:
+            found |= chain_touch_figures(one, touches_s)
         if "palm" in asked:
             found |= palm_figures(one)
         if "soles" in asked:

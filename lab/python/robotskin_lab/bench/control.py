@@ -50,8 +50,9 @@ def run(
     Of several `seeds`, from `seed` on, each key is the worst.
 
     `ticks` periods a timed stack, `states` random states for the leaks, `pushed_cells` cells pushed with 5, 15 and 30 N
-    through each interface, `soak_seconds` for each of `soak_behaviours` on each of three robots. `tsid_python` is the Python of
-    an environment that has TSID (else ROBOTSKIN_TSID_PYTHON): without one, the figures of that peer are absent.
+    through each interface, `soak_seconds` for each of `soak_behaviours` on each of three robots. `tsid_python` is the
+    Python of an environment that has TSID (else ROBOTSKIN_TSID_PYTHON): without one, the figures of that peer are
+    absent.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A standing robot that is touched at random for minutes, its cells, network, section units and driver running."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext, suppress
+
+import numpy as np
+
+from robotskin.robots.gains import robot_with_gains
+from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.tasks import SelfCollisionTask
+from robotskin.world import WorldError
+from robotskin.world.things import FloorSpec, SceneSpec
+from robotskin_lab.bench.balance_cells import borne_n, inner_cells, worn_by_robot
+from robotskin_lab.bench.balance_rig import ROBOT, fallen
+from robotskin_lab.bench.balance_touches import (
+    LARGEST_IMPULSE_NS,
+    LARGEST_STEP_N,
+    LOOK_TICKS,
+    LOOKS_M,
+    PAUSE_S,
+    SHORT_S,
+    TOUCH_S,
+)
+from robotskin_lab.bench.progress import tell
+
+SETTLES_S, COMES_S, RESTS_S = 1.0, 1.5, 2.0
+"""After power comes on; what a hand needs to come, at most; what a robot that was stopped needs to rest, at most."""
+REACHED_SHARE = 0.25
+"""Of a touch's force, at which it has begun."""
+TELL_TOUCHES = 20
+
+
+class TouchedSession:
+    """A robot that stands in its own skin, bodies kept apart, through the whole chain.
+
+    closest_m: between the nearest two bodies so far, at the joints as measured, at most `LOOKS_M`. stops: by the guard.
+    """
+
+    def __init__(self, seed: int) -> None:
+        ready = robot_with_gains(ROBOT)
+        scene = SceneSpec(floor=FloorSpec(robot_stands=True))
+        self.session = Session(
+            ready.robot,
+            worn_by_robot(),
+            seed=seed,
+            gains=ready.gains,
+            link="in process",
+            scene=scene,
+            self_collision=True,
+        )
+        self.closest_m = float(LOOKS_M)
+        self.stops = 0
+        self._home_height = float(ready.gains.home[2])
+        self.session.boot()
+        self.run(SETTLES_S)
+
+    @property
+    def fallen(self) -> bool:
+        """Whether its base is low or tilted."""
+        return fallen(self.session.world, self._home_height)
+
+    @property
+    def violations(self) -> int:
+        """Commands beyond a limit so far."""
+        return int(self.session.controller.report.violations)
+
+    def run(self, seconds: float) -> None:
+        """Go on for a time, or until it has fallen."""
+        for tick in range(round(seconds / PERIOD_S)):
+            self.session.step()
+            if tick % LOOK_TICKS == 0:
+                if self.fallen:
+                    return
+                self._look()
+
+    def _look(self) -> None:
+        task = self.session.controller.tasks["self_collision"]
+        assert isinstance(task, SelfCollisionTask)
+        self.closest_m = min([self.closest_m, *(pair.distance_m for pair in task.near)])
+
+    def touch(self, cell: int, force_n: float, seconds: float) -> None:
+        """A hand comes, pushes a cell against its normal for a time, and lets go."""
+        world = self.session.world
+        world.push(cell, force_n)
+        for _ in range(round(COMES_S / PERIOD_S)):
+            self.session.step()
+            if world.contact_normal_force()[0] > REACHED_SHARE * force_n:
+                break
+        self.run(seconds)
+        world.release()
+
+    def start_if_stopped(self) -> None:
+        """Start it again once it is at rest, if the guard has stopped it."""
+        session = self.session
+        if self.fallen or session.state in (SafetyState.running, SafetyState.degraded):
+            return
+        self.stops += 1
+        tell(f"balance: seed {session.seed}: {session.why_not_running()}")
+        session.stop()
+        for _ in range(round(RESTS_S / PERIOD_S)):
+            if self.fallen or session.state is SafetyState.ready:
+                break
+            session.step()
+        if not self.fallen:
+            session.start()
+            session.step()
+
+    def end(self) -> None:
+        """Bring it to rest; the hand may be inside of a robot that has fallen, and its world may break."""
+        with suppress(WorldError) if self.fallen else nullcontext():
+            self.session.shut_down()
+
+
+def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
+    """Touches at random places of all but the legs, through firmware, network and driver.
+
+    chain_touch_falls, …_stops_max: of the guard, …_limit_violations: commands beyond a limit, …_closest_mm: how near
+    bodies came, …_s: time in all, chain_touches. No touch is harder than what the motors bear there (`borne_n`).
+    """
+    draw = np.random.default_rng([seed, 10])
+    links = [link for link in worn_by_robot().links if "leg" not in link and len(inner_cells(link))]
+    falls = stops = violations = count = 0
+    elapsed, closest_m = 0.0, float(LOOKS_M)
+    while elapsed < seconds:
+        robot = TouchedSession(seed)
+        began_s = robot.session.world.time_s
+        try:
+            while not robot.fallen and elapsed + robot.session.world.time_s - began_s < seconds:
+                cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
+                lasts_s = float(draw.uniform(*TOUCH_S))
+                force_n = min(float(draw.uniform(5.0, LARGEST_STEP_N)), borne_n()[cell])
+                if lasts_s < SHORT_S:
+                    force_n = min(force_n, LARGEST_IMPULSE_NS / lasts_s)
+                robot.touch(cell, force_n, lasts_s)
+                robot.run(float(draw.uniform(*PAUSE_S)))
+                robot.start_if_stopped()
+                count += 1
+                if robot.fallen or count % TELL_TOUCHES == 0:
+                    now_s = elapsed + robot.session.world.time_s - began_s
+                    state = "it has fallen" if robot.fallen else "it stands"
+                    tell(f"balance: seed {seed}, {count} touches in {now_s:.0f} s, {state}")
+            falls += robot.fallen
+            stops += robot.stops
+            violations += robot.violations
+            closest_m = min(closest_m, robot.closest_m)
+            elapsed += robot.session.world.time_s - began_s
+        finally:
+            robot.end()
+    return {
+        "chain_touch_falls": float(falls),
+        "chain_touch_stops_max": float(stops),
+        "chain_touch_limit_violations": float(violations),
+        "chain_touch_closest_mm": 1e3 * closest_m,
+        "chain_touch_s": elapsed,
+        "chain_touches": float(count),
+    }
