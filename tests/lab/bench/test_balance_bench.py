@@ -17,8 +17,9 @@ from robotskin.robots import load
 from robotskin.robots.gains import GainSet
 from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance import FOREARMS, GIVE_N, LAWS, SHOULDERS, TOUCH_N, WRISTS, give_cells, pushed_by_ball
+from robotskin_lab.bench.balance import FOREARMS, GIVE_N, LAWS, TOUCH_N, WRISTS, give_cells, pushed_by_ball
 from robotskin_lab.bench.balance_cells import EMBRACE, worn_by_robot
+from robotskin_lab.bench.balance_kinds import SHOULDERS
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse, ramp
 from robotskin_lab.bench.balance_soles import ComparedSolePort
 

@@ -6,13 +6,14 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
-from robotskin.errors import UnknownNameError
+from robotskin.layout import finished
 from robotskin.session import Session
 from robotskin.world import WorldError
 from robotskin_lab.bench import balance, balance_chain
 from robotskin_lab.bench.balance_chain import chain_figures, pushed_through_chain
-from robotskin_lab.bench.balance_rig import CHEST, drawn_cells, ramp
-from robotskin_lab.bench.balance_search import GROWTH, Outcome
+from robotskin_lab.bench.balance_kinds import SHOULDERS, Kind
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, drawn_cells, ramp
+from robotskin_lab.bench.balance_search import GROWTH, Found, Outcome
 
 
 def test_a_push_through_the_whole_chain_is_borne_and_stops_nothing(seed: int) -> None:
@@ -53,15 +54,27 @@ def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(
 
     reduced = {1.0: 90.0, -1.0: 90.0}
     monkeypatch.setattr(balance_chain, "pushed_through_chain", pushed)
-    figures = chain_figures(
-        seed, {"ramp_chest_n": (ramp, 95.0, 200.0)}, lambda figure, cell, direction: reduced[direction[0]]
-    )
+    kind = Kind("ramp_chest_n", ramp, 95.0, 200.0)
+    figures = chain_figures(seed, [kind], lambda kind, cell, direction: reduced[direction[0]])
     assert 80.0 / np.sqrt(GROWTH) <= figures["chain_ramp_chest_n"] <= 80.0
     assert figures["chain_over_reduced_ramp_chest_n"] == figures["chain_ramp_chest_n"] / 90.0
     for cell, direction in asked:
         assert cell == drawn_cells(seed, 1, CHEST, np.array(direction))[0]
 
 
-def test_pushes_that_the_chain_does_not_try_are_refused() -> None:
-    with pytest.raises(UnknownNameError, match="impulse_side_ns"):
-        balance.run(parts="chain", kinds="impulse_side_ns")
+def test_a_blow_from_the_side_is_tried_on_the_shoulder_that_it_meets(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[float, int] = {}
+
+    def pushed(seed: int, cell: int, direction: tuple[float, float, float], force_n, seconds: float) -> Outcome:
+        asked[direction[1]] = cell
+        return Outcome(stands=force_n(0.05) < 400.0, stopped=True)
+
+    monkeypatch.setattr(balance_chain, "pushed_through_chain", pushed)
+    monkeypatch.setattr(balance, "largest_push", lambda *args: Found(40.0, 40.0, 0))
+    figures = balance.through_chain(seed, ["impulse_side_ns"])
+    links, layout = finished(ROBOT).links, finished(ROBOT)
+    assert {sign: links[layout.link[cell]] for sign, cell in asked.items()} == SHOULDERS
+    assert figures["chain_over_reduced_impulse_side_ns"] == figures["chain_impulse_side_ns"] / 40.0
+    assert figures["chain_impulse_side_stops"] > 0

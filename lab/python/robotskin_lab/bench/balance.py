@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,16 +17,15 @@ from robotskin_lab.bench.balance_cells import EMBRACE, hand_cells
 from robotskin_lab.bench.balance_chain import chain_figures
 from robotskin_lab.bench.balance_chain_touches import chain_touch_figures
 from robotskin_lab.bench.balance_faults import fault_figures
+from robotskin_lab.bench.balance_kinds import KINDS, Kind
 from robotskin_lab.bench.balance_palm import palm_figures
 from robotskin_lab.bench.balance_picture import draw_pushed, pushed
-from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, ramp
 from robotskin_lab.bench.balance_search import Found, Outcome, largest_stood
 from robotskin_lab.bench.balance_soles import ComparedSolePort
 from robotskin_lab.bench.balance_touches import three_figures, touch_figures
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell
-
-Profile = tuple[Callable[[float], float], float]
 
 
 def _without_skin(gains: BalanceGains) -> None:
@@ -58,23 +55,6 @@ statue: joints held, its centre of mass truly centred; unbalanced: the skin with
 balance by the feet alone; footless: by the skin and the inertial unit alone; soles: by those and seven cells a sole."""
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of push: its figure, how it goes, the size that is tried first, the largest one, and along which axis."""
-
-    figure: str
-    profile: Callable[[float], Profile]
-    first: float
-    most: float
-    side: bool = False
-
-
-KINDS = (
-    Kind("ramp_chest_n", ramp, 95.0, 200.0),
-    Kind("step_chest_n", step, 68.0, 150.0),
-    Kind("impulse_chest_ns", impulse, 24.0, 60.0),
-    Kind("impulse_side_ns", impulse, 38.0, 80.0, side=True),
-)
 PARTS = ("limits", "chain", "give", "three", "touches", "chain_touches", "palm", "soles", "faults")
 LARGE_IS_WORSE = ("spread", "max", "falls", "stops", "unfelt_points", "redrawn", "violations", "error_p95_mm")
 MOST_COUNTS = ("statue", "stiff", "fault_stops")
@@ -84,8 +64,6 @@ SWAY_N = 60.0
 TOUCH_N, GIVE_N, GIVE_S = 2.0, (10.0, 20.0), 3.0
 WRISTS, FOREARMS = ("arm_left_7_link", "arm_right_7_link"), ("arm_left_5_link", "arm_right_5_link")
 """Links; the wrists have skin in the layout `EMBRACE` alone."""
-SHOULDERS = {1.0: "arm_right_2_link", -1.0: "arm_left_2_link"}
-"""What a push along y, of this sign, meets: an arm hangs on either side of the chest."""
 
 
 def run(
@@ -117,7 +95,7 @@ def run(
         halvings: of the last interval of 15 % in which a limit is looked for.
         laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless, soles; or all.
         kinds: figures, with commas between; or all.
-        parts: with commas between: limits, chain (limits on the chest at one cell, through firmware, network and
+        parts: with commas between: limits, chain (limits at one cell, through firmware, network and
             driver), give, three (pushes at once), touches (at random), chain_touches (the same through firmware,
             network and driver), palm, soles (how far their zero-moment point is off), faults (of sensors, cells and
             control, one at a time); empty: none.
@@ -141,9 +119,6 @@ def run(
     for name in chosen:
         if name not in [kind.figure for kind in KINDS]:
             raise UnknownNameError("kind of push", name, [kind.figure for kind in KINDS])
-    on_chest = [kind.figure for kind in KINDS if not kind.side]
-    if "chain" in asked and not set(chosen) & set(on_chest):
-        raise UnknownNameError("kind of push through the chain", kinds, on_chest)
     each: list[dict[str, float]] = []
     for one in range(seed, seed + seeds):
         found: dict[str, float] = {}
@@ -208,9 +183,7 @@ def limit_figures(seed: int, cells: int, halvings: int, laws: list[str], kinds: 
                 continue
             worst = running = np.inf
             stops = 0
-            for sign in (1.0, -1.0):
-                direction = (0.0, sign, 0.0) if kind.side else (sign, 0.0, 0.0)
-                link = SHOULDERS[sign] if kind.side else CHEST
+            for direction, link in kind.met.items():
                 drawn = drawn_cells(seed, cells, link, np.array(direction))
                 found: list[Found] = []
                 for cell in drawn:
@@ -219,8 +192,8 @@ def limit_figures(seed: int, cells: int, halvings: int, laws: list[str], kinds: 
                 sizes = [one.largest for one in found]
                 stops += sum(one.stops for one in found)
                 tell(
-                    f"balance: seed {seed}, {law.name}, {kind.figure} along {sign:+.0f}: {np.round(sizes, 1)}, "
-                    f"{stops} stops"
+                    f"balance: seed {seed}, {law.name}, {kind.figure} along {sum(direction):+.0f}: "
+                    f"{np.round(sizes, 1)}, {stops} stops"
                 )
                 worst = min(worst, float(np.median(sizes)))
                 running = min(running, float(np.median([one.running for one in found])))
@@ -255,12 +228,11 @@ def largest_push(
 
 
 def through_chain(seed: int, kinds: list[str]) -> dict[str, float]:
-    """The largest pushes on the chest through firmware, network and driver, of one cell, beside the reduced rig's."""
-    wanted = {kind.figure: kind for kind in KINDS if kind.figure in kinds and not kind.side}
+    """The largest pushes through firmware, network and driver, at one cell, beside the reduced rig's."""
     return chain_figures(
         seed,
-        {figure: (kind.profile, kind.first, kind.most) for figure, kind in wanted.items()},
-        lambda figure, cell, way: largest_push(LAWS[""], wanted[figure], seed, cell, way, 1).largest,
+        [kind for kind in KINDS if kind.figure in kinds],
+        lambda kind, cell, way: largest_push(LAWS[""], kind, seed, cell, way, 1).largest,
     )
 
 

@@ -6,7 +6,7 @@ Cell, plate and push are those of the reduced rig, whose skin tells true forces 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 
 import numpy as np
@@ -16,47 +16,43 @@ from robotskin.robots.gains import robot_with_gains
 from robotskin.session import SafetyState, Session
 from robotskin.world import WorldError
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance_rig import CHEST, ROBOT, drawn_cells, fallen, plate_before, push_with_plate
+from robotskin_lab.bench.balance_kinds import Kind, Way
+from robotskin_lab.bench.balance_rig import ROBOT, drawn_cells, fallen, plate_before, push_with_plate
 from robotskin_lab.bench.balance_search import Outcome, largest_stood
 from robotskin_lab.bench.progress import tell
 
-Profile = tuple[Callable[[float], float], float]
 SETTLES_S = 1.0
-WAYS = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
 
 
-def chain_figures(
-    seed: int,
-    kinds: dict[str, tuple[Callable[[float], Profile], float, float]],
-    reduced: Callable[[str, int, tuple[float, float, float]], float],
-) -> dict[str, float]:
-    """Of one drawn cell of the chest for each direction: chain_FIGURE, the largest push found, the worse direction;
+def chain_figures(seed: int, kinds: Sequence[Kind], reduced: Callable[[Kind, int, Way], float]) -> dict[str, float]:
+    """Of one drawn cell for each direction: chain_FIGURE, the largest push found, the worse direction;
     chain_over_reduced_FIGURE: the least ratio to what the reduced rig finds at the same cell; chain_FIGURE without its
     unit and with _stops: pushes that it stood though the guard stopped it.
 
     Args:
         seed: of world, cells and network.
-        kinds: by figure, how a push goes, the size that is tried first, and the largest.
-        reduced: the largest push that the reduced rig stands, by figure, cell and direction.
+        kinds: of push.
+        reduced: the largest push that the reduced rig stands, by kind, cell and direction.
     """
     figures: dict[str, float] = {}
-    for figure, (profile, first, most) in kinds.items():
+    for kind in kinds:
         sizes, ratios, stops = [], [], 0
-        for direction in WAYS:
-            cell = drawn_cells(seed, 1, CHEST, np.array(direction))[0]
-            beside = reduced(figure, cell, direction)
+        for direction, link in kind.met.items():
+            cell = drawn_cells(seed, 1, link, np.array(direction))[0]
+            beside = reduced(kind, cell, direction)
 
-            def push(size: float, cell: int = cell, direction: tuple[float, float, float] = direction) -> Outcome:
-                return pushed_through_chain(seed, cell, direction, *profile(size))  # noqa: B023
+            def push(size: float, kind: Kind = kind, cell: int = cell, direction: Way = direction) -> Outcome:
+                return pushed_through_chain(seed, cell, direction, *kind.profile(size))
 
-            found = largest_stood(push, beside or first, most, 1, least=first / 12)
+            found = largest_stood(push, beside or kind.first, kind.most, 1, least=kind.first / 12)
             sizes.append(found.largest)
             ratios.append(found.largest / max(beside, 1e-9))
             stops += found.stops
             tell(
-                f"balance: seed {seed}, {figure} along {direction[0]:+.0f}: {found.largest:.1f} through the chain, "
-                f"{beside:.1f} by the reduced rig, {found.stops} stops"
+                f"balance: seed {seed}, {kind.figure} along {sum(direction):+.0f}: {found.largest:.1f} through the "
+                f"chain, {beside:.1f} by the reduced rig, {found.stops} stops"
             )
+        figure = kind.figure
         name, _ = figure.rsplit("_", 1)
         figures[f"chain_{figure}"] = min(sizes)
         figures[f"chain_over_reduced_{figure}"] = min(ratios)
@@ -65,7 +61,7 @@ def chain_figures(
 
 
 def pushed_through_chain(
-    seed: int, cell: int, direction: tuple[float, float, float], force_n: Callable[[float], float], seconds: float
+    seed: int, cell: int, direction: Way, force_n: Callable[[float], float], seconds: float
 ) -> Outcome:
     """One push of the plate on a robot whose cells, network, section units and driver all run."""
     ready, layout, way = robot_with_gains(ROBOT), finished(ROBOT), np.array(direction)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random touches on a standing robot through firmware, network and driver; what falls, stops and limits are counted."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from robotskin.session import SafetyState
+from robotskin_lab.bench import balance_chain_touches
+from robotskin_lab.bench.balance_chain_touches import TouchedSession, chain_touch_figures
+
+FOREARM_CELL, STRONG_N = 591, 31.0
+
+
+def test_a_strong_touch_on_an_arm_ends_and_no_motor_is_overdriven(seed: int) -> None:
+    robot = TouchedSession(seed)
+    try:
+        robot.touch(FOREARM_CELL, STRONG_N, 1.1)
+        robot.run(0.4)
+        assert robot.session.state is SafetyState.running, robot.session.why_not_running()
+        assert robot.violations == 0
+        assert not robot.fallen
+
+        robot.session.world.step(0.020)  # control was late: the guard stops it
+        robot.run(0.1)
+        assert robot.session.state is SafetyState.stopped
+        robot.start_if_stopped()
+        assert robot.stops == 1
+        assert robot.session.state is SafetyState.running, robot.session.why_not_running()
+    finally:
+        robot.end()
+
+
+def test_after_a_fall_another_robot_is_touched_until_the_time_is_over(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[SimpleNamespace] = []
+
+    class Touched:
+        def __init__(self, seed: int) -> None:
+            self.number, self.fallen, self.stops, self.violations = len(made), False, 1, 10
+            self.closest_m = 0.04 - 0.01 * self.number
+            self.ended = False
+            self.session = SimpleNamespace(world=SimpleNamespace(time_s=3.0))
+            made.append(self)  # type: ignore[arg-type]
+
+        def touch(self, cell: int, force_n: float, seconds: float) -> None:
+            assert force_n <= min(40.0, balance_chain_touches.borne_n()[cell])
+            self.session.world.time_s += 1.0
+
+        def run(self, seconds: float) -> None:
+            self.fallen = self.number == 0 and self.session.world.time_s > 6.5
+
+        def start_if_stopped(self) -> None:
+            pass
+
+        def end(self) -> None:
+            self.ended = True
+
+    monkeypatch.setattr(balance_chain_touches, "TouchedSession", Touched)
+    figures = chain_touch_figures(seed, 9.0)
+    assert len(made) == 2
+    assert all(robot.ended for robot in made)
+    assert figures == {
+        "chain_touch_falls": 1.0,
+        "chain_touch_stops_max": 2.0,
+        "chain_touch_limit_violations": 20.0,
+        "chain_touch_closest_mm": pytest.approx(30.0),
+        "chain_touch_s": pytest.approx(9.0),
+        "chain_touches": 9.0,
+    }
