@@ -170,7 +170,7 @@ def _self_collision(own: TaskLibrary, gains: ChosenGains) -> Task:
     if own._self_collision is None:
         if own.body is None:
             raise InputError("task self_collision: the robot's surfaces are not known: give body, a robots.Robot")
-        own._self_collision = self_collision_task(own.body, gains.gains.home)
+        own._self_collision = self_collision_task(own.body, gains.gains.home, gains.gains.self_collision_gains())
     return own._self_collision
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from robotskin import robots
 from robotskin.layout import finished
+from robotskin.model import RobotDynamics
 from robotskin.robots.gains import GainError, GainSet, robots_with_gains
 
 
@@ -132,3 +133,16 @@ def test_what_the_gains_promise_holds_for_the_finished_skin() -> None:
     for link in ("upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link"):
         cells = skin.link == skin.link_names.index(link)
         assert np.median(15 * soft[cells]) > 0.03
+
+
+def test_a_robot_on_its_feet_asks_of_its_upper_body_what_its_motors_bear() -> None:
+    """As a strong touch ends all of it comes back at once; motors that are overdriven work against each other."""
+    robot, gains = robots.load("talos_standing"), GainSet.load("talos_standing")
+    dynamics = RobotDynamics(robot.core)
+    dynamics.update(np.array(gains.home), np.zeros(robot.joint_count))
+    inertia = np.diag(np.array(dynamics.mass_matrix).reshape(robot.joint_count, -1))
+    spare = np.array(robot.effort_limit) - np.abs(np.array(dynamics.nonlinear_effects))
+    acceleration = np.array(gains.values["limits"]["acceleration"])
+    upper = [row for row, name in enumerate(robot.joint_names) if not name.startswith(("base", "leg"))]
+    assert len(upper) == 20
+    assert (acceleration * inertia <= spare)[upper].all()

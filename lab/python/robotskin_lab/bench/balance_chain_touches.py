@@ -9,10 +9,11 @@ import numpy as np
 
 from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.session.touches import bearable_force
 from robotskin.tasks import SelfCollisionTask
 from robotskin.world import WorldError
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance_cells import borne_n, inner_cells, worn_by_robot
+from robotskin_lab.bench.balance_cells import inner_cells, worn_by_robot
 from robotskin_lab.bench.balance_rig import ROBOT, fallen
 from robotskin_lab.bench.balance_touches import (
     LARGEST_IMPULSE_NS,
@@ -29,6 +30,8 @@ SETTLES_S, COMES_S, RESTS_S = 1.0, 1.5, 2.0
 """After power comes on; what a hand needs to come, at most; what a robot that was stopped needs to rest, at most."""
 REACHED_SHARE = 0.25
 """Of a touch's force, at which it has begun."""
+LOOK_S = 0.02
+"""How often the hand looks at what the joints bear: a lever grows as the robot gives way."""
 TELL_TOUCHES = 20
 
 
@@ -81,15 +84,22 @@ class TouchedSession:
         self.closest_m = min([self.closest_m, *(pair.distance_m for pair in task.near)])
 
     def touch(self, cell: int, force_n: float, seconds: float) -> None:
-        """A hand comes, pushes a cell against its normal for a time, and lets go."""
-        world = self.session.world
-        world.push(cell, force_n)
+        """A hand comes, pushes a cell against its normal for a time, no harder than the joints bear where the robot is
+        by then, and lets go."""
+        self._push(cell, force_n)
         for _ in range(round(COMES_S / PERIOD_S)):
             self.session.step()
-            if world.contact_normal_force()[0] > REACHED_SHARE * force_n:
+            if self.session.world.contact_normal_force()[0] > REACHED_SHARE * force_n:
                 break
-        self.run(seconds)
-        world.release()
+        for _ in range(max(1, round(seconds / LOOK_S))):
+            if self.fallen:
+                break
+            self._push(cell, force_n)
+            self.run(LOOK_S)
+        self.session.world.release()
+
+    def _push(self, cell: int, force_n: float) -> None:
+        self.session.world.push(cell, min(force_n, bearable_force(self.session, cell)))
 
     def start_if_stopped(self) -> None:
         """Start it again once it is at rest, if the guard has stopped it."""
@@ -117,7 +127,7 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
     """Touches at random places of all but the legs, through firmware, network and driver.
 
     chain_touch_falls, …_stops_max: of the guard, …_limit_violations: commands beyond a limit, …_closest_mm: how near
-    bodies came, …_s: time in all, chain_touches. No touch is harder than what the motors bear there (`borne_n`).
+    bodies came, …_s: time in all, chain_touches. No touch asks for more than half of a joint's torque.
     """
     draw = np.random.default_rng([seed, 10])
     links = [link for link in worn_by_robot().links if "leg" not in link and len(inner_cells(link))]
@@ -130,7 +140,7 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
             while not robot.fallen and elapsed + robot.session.world.time_s - began_s < seconds:
                 cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
                 lasts_s = float(draw.uniform(*TOUCH_S))
-                force_n = min(float(draw.uniform(5.0, LARGEST_STEP_N)), borne_n()[cell])
+                force_n = float(draw.uniform(5.0, LARGEST_STEP_N))
                 if lasts_s < SHORT_S:
                     force_n = min(force_n, LARGEST_IMPULSE_NS / lasts_s)
                 robot.touch(cell, force_n, lasts_s)

@@ -107,6 +107,10 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
                 open=False,
                 optional=True,
             ),
+            "self_collision_stiffness": Field(
+                "1", "N/m, with which bodies that are too near each other are pushed apart", optional=True
+            ),
+            "self_collision_damping": Field("1", "N s/m, against their coming nearer", optional=True),
         },
     ),
     "cartesian": (

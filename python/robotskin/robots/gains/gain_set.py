@@ -25,6 +25,7 @@ from robotskin.tasks import (
     InnerLoopGains,
     JointGains,
     ResolverGains,
+    SelfCollisionGains,
     SkinGains,
     VirtualRobotGains,
 )
@@ -255,6 +256,13 @@ class GainSet:
         limits = self.values["limits"]
         found = GuardLimits(limits["acceleration"], limits["stop_deceleration"], limits["torque_rate"])
         found.speed_share = limits.get("speed_share", found.speed_share)
+        return found
+
+    def self_collision_gains(self) -> SelfCollisionGains:
+        """Of the task that keeps bodies apart: the task's own, where the file states none."""
+        found, limits = SelfCollisionGains(), self.values["limits"]
+        found.stiffness = limits.get("self_collision_stiffness", found.stiffness)
+        found.damping = limits.get("self_collision_damping", found.damping)
         return found
 
     def require_fit(self, robot: RobotModel) -> None:
