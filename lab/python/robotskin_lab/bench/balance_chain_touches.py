@@ -69,7 +69,7 @@ class TouchedSession:
 
     @property
     def violations(self) -> int:
-        """Commands beyond a limit so far."""
+        """Cycles beyond a limit so far."""
         return int(self.session.controller.report.violations)
 
     def run(self, seconds: float) -> None:
@@ -131,9 +131,9 @@ class TouchedSession:
 def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
     """Touches at random places of all but the legs, through firmware, network and driver.
 
-    chain_touch_falls, …_stops_max: of the guard, …_limit_violations: commands beyond a limit, …_closest_mm: how near
-    bodies came, …_s: time in all, chain_touches. No touch asks for more than half of a joint's torque, or a quarter on the
-    head.
+    chain_touch_falls, …_stops_max: of the guard, …_limit_violations: cycles beyond a limit, …_closest_mm: how near
+    bodies came, …_s: time in all, chain_touches. No touch asks for more than half of a joint's torque, on the head a
+    quarter.
     """
     draw = np.random.default_rng([seed, 10])
     links = [link for link in worn_by_robot().links if "leg" not in link and len(inner_cells(link))]
