@@ -10,6 +10,7 @@ from robotskin import robots
 from robotskin.layout import finished
 from robotskin.model import RobotDynamics
 from robotskin.robots.gains import GainError, GainSet, robots_with_gains
+from robotskin.tasks import SelfCollisionGains
 
 
 @pytest.fixture(scope="module")
@@ -146,3 +147,19 @@ def test_a_robot_on_its_feet_asks_of_its_upper_body_what_its_motors_bear() -> No
     upper = [row for row, name in enumerate(robot.joint_names) if not name.startswith(("base", "leg"))]
     assert len(upper) == 20
     assert (acceleration * inertia <= spare)[upper].all()
+
+
+def test_bodies_keep_apart_as_stiffly_as_the_file_states(text, tmp_path) -> None:
+    path = tmp_path / "ur5.toml"
+    path.write_text(text)
+    usual = SelfCollisionGains()
+    unstated = GainSet.load(str(path)).self_collision_gains()
+    assert (unstated.stiffness, unstated.damping) == (usual.stiffness, usual.damping)
+    path.write_text(
+        text.replace("[limits]", "[limits]\nself_collision_stiffness = 7e4\nself_collision_damping = 6e3", 1)
+    )
+    stated = GainSet.load(str(path)).self_collision_gains()
+    assert (stated.stiffness, stated.damping, stated.safe_m) == (7e4, 6e3, usual.safe_m)
+    path.write_text(text.replace("[limits]", "[limits]\nself_collision_damping = 0.0", 1))
+    with pytest.raises(GainError, match=r"limits.self_collision_damping holds 0.0, it must be greater than 0"):
+        GainSet.load(str(path))
