@@ -13,17 +13,10 @@ from robotskin.session.touches import bearable_force
 from robotskin.tasks import SelfCollisionTask
 from robotskin.world import WorldError
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance_cells import inner_cells, worn_by_robot
+from robotskin_lab.bench.balance_cells import worn_by_robot
+from robotskin_lab.bench.balance_drawn import drawn_touch, touched_links
 from robotskin_lab.bench.balance_rig import ROBOT, fallen
-from robotskin_lab.bench.balance_touches import (
-    LARGEST_IMPULSE_NS,
-    LARGEST_STEP_N,
-    LOOK_TICKS,
-    LOOKS_M,
-    PAUSE_S,
-    SHORT_S,
-    TOUCH_S,
-)
+from robotskin_lab.bench.balance_touches import LOOK_TICKS, LOOKS_M
 from robotskin_lab.bench.progress import tell
 
 SETTLES_S, COMES_S, RESTS_S = 1.0, 1.5, 2.0
@@ -136,7 +129,7 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
     quarter.
     """
     draw = np.random.default_rng([seed, 10])
-    links = [link for link in worn_by_robot().links if "leg" not in link and len(inner_cells(link))]
+    links = touched_links(worn_by_robot())
     falls = stops = violations = count = 0
     elapsed, closest_m = 0.0, float(LOOKS_M)
     while elapsed < seconds:
@@ -144,13 +137,9 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
         began_s = robot.session.world.time_s
         try:
             while not robot.fallen and elapsed + robot.session.world.time_s - began_s < seconds:
-                cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
-                lasts_s = float(draw.uniform(*TOUCH_S))
-                force_n = float(draw.uniform(5.0, LARGEST_STEP_N))
-                if lasts_s < SHORT_S:
-                    force_n = min(force_n, LARGEST_IMPULSE_NS / lasts_s)
-                robot.touch(cell, force_n, lasts_s)
-                robot.run(float(draw.uniform(*PAUSE_S)))
+                touch = drawn_touch(draw, links)
+                robot.touch(touch.cell, touch.force_n, touch.seconds)
+                robot.run(touch.pause_s)
                 robot.start_if_stopped()
                 count += 1
                 if robot.fallen or count % TELL_TOUCHES == 0:

@@ -9,7 +9,8 @@ import numpy as np
 
 from robotskin.session import PERIOD_S
 from robotskin.tasks import SelfCollisionGains
-from robotskin_lab.bench.balance_cells import EMBRACE, borne_n, hand_cells, inner_cells
+from robotskin_lab.bench.balance_cells import EMBRACE, borne_n, hand_cells
+from robotskin_lab.bench.balance_drawn import PAUSE_S, drawn_touch, touched_links
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, Law, StandingRig
 from robotskin_lab.bench.progress import tell
 
@@ -20,11 +21,6 @@ TRIPLE_LINKS = (
 )
 """One cell of each row: of an arm, of the other's wrist or forearm, of chest or back."""
 TRIPLE_N, TRIPLE_S, REST_S = 25.0, 2.0, 1.0
-LARGEST_STEP_N = 40.0
-TOUCH_S, PAUSE_S = (0.1, 1.2), (0.2, 1.0)
-LARGEST_IMPULSE_NS = 10.0
-"""Of touches that are shorter than `SHORT_S`."""
-SHORT_S = 0.25
 LOOK_TICKS = 5
 LOOKS_M = SelfCollisionGains().safe_m
 """Bodies that are farther apart are not looked at."""
@@ -117,26 +113,23 @@ def touch_figures(seed: int, seconds: float) -> dict[str, float]:
     """
     draw = np.random.default_rng([seed, 10])
     rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1, self_collision=True)
-    links = [link for link in rig.layout.links if "leg" not in link and len(inner_cells(link))]
+    links = touched_links(rig.layout)
     falls = stops = count = violations = 0
     elapsed, closest = 0.0, np.inf
     while elapsed < seconds:
-        cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
-        lasts = float(draw.uniform(*TOUCH_S))
-        force = min(float(draw.uniform(5.0, LARGEST_STEP_N)), borne_n()[cell])
-        if lasts < SHORT_S:
-            force = min(force, LARGEST_IMPULSE_NS / lasts)
-        rig.world.push(cell, force)
+        touch = drawn_touch(draw, links)
+        force = min(touch.force_n, borne_n()[touch.cell])
+        rig.world.push(touch.cell, force)
         # A hand needs time to come.
         for _ in range(1500):
             rig.step()
             if rig.world.contact_normal_force()[0] > force / 4:
                 break
-        closest = min(closest, closest_while(rig, lasts))
+        closest = min(closest, closest_while(rig, touch.seconds))
         rig.world.release()
-        closest = min(closest, closest_while(rig, float(draw.uniform(*PAUSE_S))))
+        closest = min(closest, closest_while(rig, touch.pause_s))
         count += 1
-        elapsed = rig.time_s if falls == 0 else elapsed + lasts + PAUSE_S[1]
+        elapsed = rig.time_s if falls == 0 else elapsed + touch.seconds + PAUSE_S[1]
         assert rig.skinned is not None
         if rig.stopped:
             stops += 1
