@@ -39,6 +39,7 @@ def test_after_a_fall_another_robot_is_touched_until_the_time_is_over(
     class Touched:
         def __init__(self, seed: int) -> None:
             self.number, self.fallen, self.stops, self.violations = len(made), False, 1, 10
+            self.eased = 2
             self.closest_m = 0.04 - 0.01 * self.number
             self.ended = False
             self.session = SimpleNamespace(world=SimpleNamespace(time_s=3.0))
@@ -68,4 +69,5 @@ def test_after_a_fall_another_robot_is_touched_until_the_time_is_over(
         "chain_touch_closest_mm": pytest.approx(30.0),
         "chain_touch_s": pytest.approx(9.0),
         "chain_touches": 9.0,
+        "chain_touches_eased": 4.0,
     }

@@ -28,6 +28,9 @@ BORNE_SHARE, HEAD_SHARE = 0.5, 0.25
 lever of the cell."""
 LOOK_S = 0.02
 """How often the hand looks at what the joints bear: a lever grows as the robot gives way."""
+OVERPOWERED_SHARE, EASES_TO = 0.9, 0.9
+"""A joint that works at more than this share of its torque is overpowered, and the hand eases: to that share of its
+force at each look. A hand that has slipped aside turns a joint by more than the lever of its cell."""
 TELL_TOUCHES = 20
 
 
@@ -35,6 +38,7 @@ class TouchedSession:
     """A robot that stands in its own skin, bodies kept apart, through the whole chain.
 
     closest_m: between the nearest two bodies so far, at the joints as measured, at most `LOOKS_M`. stops: by the guard.
+    eased: touches that overpowered a joint, so that the hand pressed less.
     """
 
     def __init__(self, seed: int) -> None:
@@ -50,7 +54,7 @@ class TouchedSession:
             self_collision=True,
         )
         self.closest_m = float(LOOKS_M)
-        self.stops = 0
+        self.stops = self.eased = 0
         self._home_height = float(ready.gains.home[2])
         self.session.boot()
         self.run(SETTLES_S)
@@ -81,7 +85,8 @@ class TouchedSession:
 
     def touch(self, cell: int, force_n: float, seconds: float) -> None:
         """A hand comes, pushes a cell against its normal for a time, no harder than the joints bear where the robot is
-        by then, and lets go."""
+        by then, and lets go. It eases while a joint is overpowered all the same."""
+        asked_n = force_n
         self._push(cell, force_n)
         for _ in range(round(COMES_S / PERIOD_S)):
             self.session.step()
@@ -90,14 +95,28 @@ class TouchedSession:
         for _ in range(max(1, round(seconds / LOOK_S))):
             if self.fallen:
                 break
+            if self._overpowered(cell):
+                force_n *= EASES_TO
             self._push(cell, force_n)
             self.run(LOOK_S)
+        self.eased += force_n < asked_n
         self.session.world.release()
 
     def _push(self, cell: int, force_n: float) -> None:
         layout = self.session.layout
         share = HEAD_SHARE if layout.links[layout.link[cell]].startswith("head") else BORNE_SHARE
         self.session.world.push(cell, min(force_n, bearable_force(self.session, cell, share)))
+
+    def _overpowered(self, cell: int) -> bool:
+        """Whether a joint that moves the cell works at nearly all of its torque."""
+        session = self.session
+        limit = np.asarray(session.robot.core.effort_limit)
+        jacobian, _ = session.gains.levers(
+            session.robot.core, session.layout.skin_model(), np.array(session.joints.position)
+        )
+        moves_cell = np.abs(jacobian[cell]).max(axis=0) > 0
+        works = np.abs(np.asarray(session.joints.effort)) > OVERPOWERED_SHARE * limit
+        return bool((moves_cell & works & (limit > 0)).any())
 
     def start_if_stopped(self) -> None:
         """Start it again once it is at rest, if the guard has stopped it."""
@@ -125,12 +144,12 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
     """Touches at random places of all but the legs, through firmware, network and driver.
 
     chain_touch_falls, …_stops_max: of the guard, …_limit_violations: cycles beyond a limit, …_closest_mm: how near
-    bodies came, …_s: time in all, chain_touches. No touch asks for more than half of a joint's torque, on the head a
-    quarter.
+    bodies came, …_s: time in all, chain_touches, chain_touches_eased: at which the hand eased. No touch asks for more
+    than half of a joint's torque, on the head a quarter.
     """
     draw = np.random.default_rng([seed, 10])
     links = touched_links(worn_by_robot())
-    falls = stops = violations = count = 0
+    falls = stops = violations = count = eased = 0
     elapsed, closest_m = 0.0, float(LOOKS_M)
     while elapsed < seconds:
         robot = TouchedSession(seed)
@@ -148,6 +167,7 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
                     tell(f"balance: seed {seed}, {count} touches in {now_s:.0f} s, {state}")
             falls += robot.fallen
             stops += robot.stops
+            eased += robot.eased
             violations += robot.violations
             closest_m = min(closest_m, robot.closest_m)
             elapsed += robot.session.world.time_s - began_s
@@ -160,4 +180,5 @@ def chain_touch_figures(seed: int, seconds: float) -> dict[str, float]:
         "chain_touch_closest_mm": 1e3 * closest_m,
         "chain_touch_s": elapsed,
         "chain_touches": float(count),
+        "chain_touches_eased": float(eased),
     }
