@@ -10,9 +10,11 @@ from robotskin_lab.bench import balance_chain_touches
 from robotskin_lab.bench.balance_chain_touches import TouchedSession, chain_touch_figures
 
 FOREARM_CELL, STRONG_N = 591, 31.0
+HEAD_CELL, OVERPOWERS_N = 527, 36.4
+"""A hand slips aside on the head, and turns the neck by a lever several times that of the cell."""
 
 
-def test_a_strong_touch_on_an_arm_ends_and_no_motor_is_overdriven(seed: int) -> None:
+def test_a_strong_touch_ends_and_no_motor_is_overdriven_for_the_hand_eases_in_time(seed: int) -> None:
     robot = TouchedSession(seed)
     try:
         robot.touch(FOREARM_CELL, STRONG_N, 1.1)
@@ -20,6 +22,13 @@ def test_a_strong_touch_on_an_arm_ends_and_no_motor_is_overdriven(seed: int) -> 
         assert robot.session.state is SafetyState.running, robot.session.why_not_running()
         assert robot.violations == 0
         assert not robot.fallen
+        assert robot.eased == 0
+
+        robot.touch(HEAD_CELL, OVERPOWERS_N, 1.2)
+        robot.run(0.4)
+        assert robot.eased == 1
+        assert robot.session.state is SafetyState.running, robot.session.why_not_running()
+        assert robot.violations == 0
 
         robot.session.world.step(0.020)  # control was late: the guard stops it
         robot.run(0.1)
