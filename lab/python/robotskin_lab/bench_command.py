@@ -21,6 +21,7 @@ import robotskin
 import robotskin_lab.bench
 from robotskin.cli._ideal import Ideal
 from robotskin.figures import write_figures
+from robotskin.outputs import PICTURES, require_writable
 
 app = typer.Typer(no_args_is_help=True, help="Measure; each benchmark prints a table and writes flat JSON.")
 console = Console()
@@ -46,7 +47,14 @@ def show(name: str, figures: Figures) -> None:
 
 
 def measure(name: str, run: Callable[..., Figures], file: Path | None, **options: Any) -> Figures:
-    """Run one benchmark, show its figures, and write them with seed and version to `file`."""
+    """Run one benchmark, show its figures, and write them with seed and version to `file`.
+
+    Raises:
+        InputError: a picture could not be written after it.
+    """
+    for option, value in options.items():
+        if option.endswith("picture"):
+            require_writable(f"--{option.replace('_', '-')}", value, PICTURES)
     seed = options.get("seed", 1)
     figures = {"seed": seed, "version": robotskin.__version__, **run(**options)}
     show(name, figures)

@@ -16,21 +16,27 @@ from robotskin_lab.reproduce import table
 from robotskin_lab.reproduce.catalogue import Catalogue, Run
 from robotskin_lab.reproduce.cited import unstored
 from robotskin_lab.reproduce.measure import RunFailedError, measure
-from robotskin_lab.reproduce.result import TREE, ResultError, is_old, load
+from robotskin_lab.reproduce.result import TREE, ResultError, folder_for, is_old, load
 
 console = Console()
 
 
 def command(
     runs: Annotated[list[str] | None, typer.Argument(help="Runs of the catalogue; all by default.")] = None,
-    quick: Annotated[bool, typer.Option(help="Each in its short form, which the table tells.")] = False,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            help="Each in its short form, which replaces no whole result; the table tells which rows are short."
+        ),
+    ] = False,
     listing: Annotated[
         bool, typer.Option("--list", help="List the runs with what they cost, and measure none.")
     ] = False,
     stale: Annotated[
         bool,
         typer.Option(
-            help="List the results that are older than the code they measure, or lack seeds; status 1 if any is."
+            help="List the results that are older than the code they measure, lack seeds or are of a short form; "
+            "status 1 if any is."
         ),
     ] = False,
     more_seeds: Annotated[
@@ -48,7 +54,7 @@ def command(
     catalogue = catalogues.read()
     chosen = catalogue.chosen(runs or [])
     if listing:
-        _list(chosen)
+        _list(chosen, quick=quick)
         return
     if stale:
         raise typer.Exit(_tell_stale(chosen))
@@ -78,14 +84,16 @@ def _measure(chosen: list[Run], executor: Executor, *, quick: bool, more_seeds: 
             console.print(f"[red]{result}[/]")
             failed = True
         else:
-            console.print(f"  kept in {result.save()}")
+            console.print(f"  kept in {result.save(folder_for(result))}")
     return failed
 
 
-def _list(chosen: list[Run]) -> None:
+def _list(chosen: list[Run], *, quick: bool) -> None:
     told = Table("run", "command", "seeds", "minutes")
     for run in chosen:
-        told.add_row(run.name, f"robotskin {run.command}", ", ".join(map(str, run.seeds)), f"{run.minutes:g}")
+        seeds = ", ".join(map(str, run.wanted_seeds(quick=quick)))
+        minutes = "a few" if quick else f"{run.minutes:g}"
+        told.add_row(run.name, f"robotskin {run.form(quick=quick)}", seeds, minutes)
     console.print(told)
 
 
@@ -98,11 +106,13 @@ def _tell_stale(chosen: list[Run]) -> int:
         except ResultError:
             old.add_row(run.name, "—", "never measured", f"robotskin reproduce {run.name}")
             continue
-        if is_old(result, run.measures):
+        if is_old(result, run):
             old.add_row(run.name, result.commit, "older than the code", f"robotskin reproduce {run.name}")
         elif missing := run.lacking(result.seeds, quick=result.quick):
             lacks = f"lacks {len(missing)} of {len(missing) + len(result.seeds)} seeds"
             old.add_row(run.name, result.commit, lacks, f"robotskin reproduce {run.name}")
+        elif result.quick:
+            old.add_row(run.name, result.commit, "short form", f"robotskin reproduce {run.name}")
     console.print(old if old.row_count else "every kept result is of the code as it is")
     for page in table.PAGES:
         for heading in unstored(page.read_text(encoding="utf-8")):

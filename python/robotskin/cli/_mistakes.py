@@ -23,15 +23,16 @@ def one_line(error: TyperException) -> str | None:
         return None
     path = context.command_path.split(maxsplit=1)[1:] if context is not None else []
     command = " ".join(["robotskin", *path])
-    said = error.format_message().strip().rstrip(".")
-    given = _given(error)
+    said = error.format_message().strip().rstrip(".").replace("Value error, ", "")
+    given = _given(error, said)
     name = str(getattr(getattr(error, "param", None), "name", ""))
     lacking = isinstance(error.__context__, OSError) or name == "robot"
     further = NEXT.get(name, "") if lacking else ""
     return f"{command}: {said[:1].lower()}{said[1:]}{given}; {further or f'{command} -h tells all that it takes'}"
 
 
-def _given(error: TyperException) -> str:
-    """The value, where the message leaves it out."""
+def _given(error: TyperException, said: str) -> str:
+    """The value, where what is said leaves it out."""
     details = getattr(error.__cause__, "errors", None)
-    return f", not {details()[0]['input']!r}" if callable(details) else ""
+    value = repr(details()[0]["input"]) if callable(details) else ""
+    return f", not {value}" if value and value not in said else ""

@@ -56,7 +56,8 @@ class Chain:
             joint = int(model.joint_parents[joint])
         if not 1 <= len(joints) <= firmware.CHAIN_JOINTS:
             raise ChainError(
-                f"{link} of {robot.name} has {len(joints)} joints below it: 1 to {firmware.CHAIN_JOINTS} can be; "
+                f"{link} of {robot.name} has {len(joints)} joints between it and the base, "
+                f"where cells sum over 1 to {firmware.CHAIN_JOINTS}; "
                 f"let the host sum the torques: robotskin run {robot.name} --skin-source host"
             )
         turned = [_z_becomes(np.asarray(model.joint_axes).reshape(-1, 3)[joint]) for joint in joints]

@@ -17,7 +17,16 @@ from robotskin.robots import load
 from robotskin.robots.gains import GainSet
 from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance import FOREARMS, GIVE_N, LAWS, TOUCH_N, WRISTS, give_cells, pushed_by_ball
+from robotskin_lab.bench.balance import (
+    FOREARMS,
+    GIVE_N,
+    LAWS,
+    TOUCH_N,
+    WRISTS,
+    different_cells,
+    give_cells,
+    pushed_by_ball,
+)
 from robotskin_lab.bench.balance_cells import EMBRACE, worn_by_robot
 from robotskin_lab.bench.balance_kinds import SHOULDERS
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse, ramp
@@ -90,6 +99,14 @@ def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way
     cell = drawn_cells(seed, 1, SHOULDERS[1.0], np.array((0.0, 1.0, 0.0)))[0]
     rig = StandingRig(ROBOT, LAWS[""], seed, cell, (0.0, 1.0, 0.0))
     assert rig.push(*impulse(48.0 if kept else 45.0)), "it fell"
+
+
+def test_each_cell_that_is_pushed_counts_once(seed: int) -> None:
+    front = different_cells(seed, 10, CHEST, np.array(BACKWARD))
+    assert len(set(front)) == len(front) == 10
+    assert front[0] == drawn_cells(seed, 1, CHEST, np.array(BACKWARD))[0]
+    all_of_them = different_cells(seed, 100, CHEST, np.array(BACKWARD))
+    assert len(set(all_of_them)) == len(all_of_them) == 11, "no more face it"
 
 
 def test_balance_by_the_feet_alone_stands_a_slow_push(seed: int) -> None:

@@ -14,7 +14,17 @@ from robotskin_lab.bench import balance
 from robotskin_lab.reproduce import catalogue as catalogues
 from robotskin_lab.reproduce import cited, table
 from robotskin_lab.reproduce.catalogue import Row, Run
-from robotskin_lab.reproduce.result import OF_SEEDS, TREE, Result, ResultError, is_old, kept, load, objects_now
+from robotskin_lab.reproduce.result import (
+    OF_SEEDS,
+    TREE,
+    Result,
+    ResultError,
+    folder_for,
+    is_old,
+    kept,
+    load,
+    objects_now,
+)
 
 CATALOGUE = catalogues.read()
 
@@ -27,9 +37,18 @@ def result(**changed: object) -> Result:
 
 def test_the_table_on_the_page_is_made_from_the_kept_results() -> None:
     page = table.PAGE.read_text()
-    assert page.replace(table.OLD, "") == table.with_table(page, CATALOGUE).replace(table.OLD, ""), (
-        "robotskin reproduce --table"
-    )
+    assert without_age(page) == without_age(table.with_table(page, CATALOGUE)), "robotskin reproduce --table"
+
+
+def without_age(page: str) -> str:
+    """Which rows are older than the code changes with each commit."""
+    return table.COUNT.sub("", page.replace(table.OLD, ""))
+
+
+def test_the_page_says_how_many_rows_are_marked() -> None:
+    page = table.with_table(table.PAGE.read_text(), CATALOGUE)
+    [said] = table.COUNT.findall(page)
+    assert f"{page.count(table.OLD)} of {len(CATALOGUE.rows)}" in said
 
 
 @pytest.mark.parametrize("page", table.PAGES, ids=lambda page: page.name)
@@ -61,6 +80,16 @@ def test_what_a_measured_bench_imports_is_measured_unless_it_only_draws_or_tells
 @pytest.mark.parametrize("name", ["events", "event_predictors", "interfaces"])
 def test_what_worlds_are_drawn_from_is_measured(name: str) -> None:
     assert {"core/world", "python/robotskin/world", "firmware"} <= set(CATALOGUE.runs[name].measures)
+
+
+@pytest.mark.parametrize("run", CATALOGUE.runs.values(), ids=lambda run: run.name)
+def test_a_run_that_measures_sessions_measures_all_that_they_run_on(run: Run) -> None:
+    def measured(path: str) -> bool:
+        return any(Path(path).is_relative_to(one) for one in run.measures)
+
+    if measured("python/robotskin/session"):
+        parts = ("control", "driver", "loop", "model", "robot", "skin", "world")
+        assert [f"core/{part}" for part in parts if not measured(f"core/{part}")] == []
 
 
 def test_what_a_run_measures_is_there() -> None:
@@ -180,17 +209,35 @@ def test_a_result_that_lacks_seeds_tells_of_how_many_it_is(tmp_path: Path) -> No
     assert CATALOGUE.runs["grasp"].lacking(part.seeds, quick=False) == list(CATALOGUE.runs["grasp"].seeds[2:])
     assert f"2 of {whole} seeds" in table.line(row, CATALOGUE, tmp_path)
     text = "waits <!-- grasp.wait_ms .1f -->9.9<!-- --> ms"
-    assert cited.with_figures(text, tmp_path) == text, "a part speaks for no whole"
+    assert cited.with_figures(text, tmp_path) == text.replace("9.9", "3.0"), "no page says what no result says"
 
 
 def test_a_result_is_old_once_what_it_measures_is_another() -> None:
-    measures = CATALOGUE.runs["driver"].measures
-    now = objects_now(measures)
-    assert not is_old(result(measured=now), measures)
-    assert is_old(result(measured=now | {measures[0]: "0" * 40}), measures)
-    assert is_old(result(measured=now, commit="abc+"), measures)
-    before_one_was_added = {path: identity for path, identity in now.items() if path != measures[0]}
-    assert is_old(result(measured=before_one_was_added), measures)
+    run = CATALOGUE.runs["driver"]
+    now = objects_now(run.measures)
+    assert not is_old(result(measured=now), run)
+    assert is_old(result(measured=now | {run.measures[0]: "0" * 40}), run)
+    assert is_old(result(measured=now, commit="abc+"), run)
+    assert is_old(result(measured=now, command="bench driver --seconds 1"), run)
+    before_one_was_added = {path: identity for path, identity in now.items() if path != run.measures[0]}
+    assert is_old(result(measured=before_one_was_added), run)
+
+
+def test_a_row_names_the_command_that_gave_its_result(tmp_path: Path) -> None:
+    result(command="bench driver --seconds 9").save(tmp_path)
+    said = table.line(Row("wait", "—", "driver", "{wait_ms:.1f}", {}, None), CATALOGUE, tmp_path)
+    assert "`robotskin bench driver --seconds 9`" in said
+
+
+def test_a_short_form_replaces_no_whole_result(tmp_path: Path) -> None:
+    folders = tmp_path / "whole", tmp_path / "short"
+    short = result(quick=True)
+    assert folder_for(short, *folders) == folders[0], "nothing is kept yet"
+    short.save(folders[0])
+    assert folder_for(short, *folders) == folders[0]
+    result().save(folders[0])
+    assert folder_for(short, *folders) == folders[1]
+    assert folder_for(result(), *folders) == folders[0]
 
 
 def test_a_figure_in_the_text_is_written_from_its_result(tmp_path: Path) -> None:

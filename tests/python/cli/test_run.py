@@ -79,7 +79,9 @@ def test_the_skin_of_a_standing_robot_refuses_torques_of_more_joints_than_a_cell
     answer = run("talos_standing", "--skin-source", "skin", "--headless")
     assert answer.exit_code == 2
     said = " ".join(answer.output.split())
-    assert re.search(r"arm_\w+_link of talos_standing has 13 joints below it: 1 to 12 can be", said), said
+    assert re.search(
+        r"arm_\w+_link of talos_standing has 13 joints between it and the base, where cells sum over 1 to 12", said
+    ), said
     assert "robotskin run talos_standing --skin-source host" in said
 
 

@@ -121,12 +121,12 @@ def test_the_cells_of_a_mobile_robot_compute_their_own_torque(seed: int) -> None
 def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(seed: int, monkeypatch) -> None:
     monkeypatch.setattr(firmware, "CHAIN_JOINTS", 2)
     robot, skin = robots.load("ur5"), layout.finished("ur5")
-    with pytest.raises(ChainError, match="3 joints below it: 1 to 2 can be"):
+    with pytest.raises(ChainError, match="3 joints between it and the base, where cells sum over 1 to 2"):
         Session(robot, skin, seed=seed, link="in process", cell_torques=True)
     session = Session(robot, skin, seed=seed, link="in process", cell_torques=None)
     assert session.torques is None
-    assert "3 joints below it" in session.source_refused, "the page says why"
-    with pytest.raises(SessionError, match="3 joints below it: 1 to 2 can be"):
+    assert "3 joints between it and the base" in session.source_refused, "the page says why"
+    with pytest.raises(SessionError, match="3 joints between it and the base, where cells sum over 1 to 2"):
         session.set_source("skin")
 
 

@@ -107,7 +107,7 @@ def pushed_at_once(rig: StandingRig, cells: list[int]) -> list[TriplePoint]:
 
 
 def touch_figures(seed: int, seconds: float) -> dict[str, float]:
-    """Touches at random places of all but the legs: falls, commands beyond a limit, how near bodies come.
+    """Touches at random places of all but the legs: falls, cycles beyond a limit, how near bodies come.
 
     No touch is harder than what the motors bear there (`borne_n`).
     """

@@ -19,6 +19,7 @@ from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, Session
 from robotskin.viewer.page import FRAMES_PER_S, Page
 from robotskin.world.ideal import ideal_world
+from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell, tell_step
 
 PARTS = ("ideal", "imperfect", "page", "threads")
@@ -36,7 +37,7 @@ def run(
     seed: int = 1,
     robot: str = "talos",
     seconds: Annotated[float, typer.Option(min=SLICE_S)] = 3.0,
-    threads: int = 2,
+    threads: Count = 2,
     parts: str = ",".join(PARTS),
 ) -> dict[str, Any]:
     """Run a session of this robot in its whole skin at the clock rate, pushed all the time.

@@ -23,8 +23,8 @@ class Run:
     """One command whose figures are kept.
 
     command: without `robotskin`, without `--seed` and `--json`. quick: the same in a short form. seeds, quick_seeds:
-    with each of these it is run. measures: the paths of the repository whose change makes the result old.
-    minutes: of the whole form, about, on two cores.
+    with each of these it is run. measures: the paths of the repository whose change makes the result old, those of the
+    group that it goes `through` among them. minutes: of the whole form, about, on two cores.
     """
 
     name: str
@@ -37,7 +37,11 @@ class Run:
 
     def arguments(self, *, quick: bool) -> list[str]:
         """The words after `robotskin`."""
-        return shlex.split(self.quick if quick else self.command)
+        return shlex.split(self.form(quick=quick))
+
+    def form(self, *, quick: bool) -> str:
+        """The command, whole or short."""
+        return self.quick if quick else self.command
 
     def wanted_seeds(self, *, quick: bool) -> tuple[int, ...]:
         """Those of a whole result."""
@@ -112,6 +116,7 @@ def read(file: Path = FILE) -> Catalogue:
     """
     document = tomllib.loads(file.read_text(encoding="utf-8"))
     always = tuple(document["measures_always"])
+    groups = document["measures_through"]
     runs = {
         name: Run(
             name,
@@ -119,7 +124,7 @@ def read(file: Path = FILE) -> Catalogue:
             entry.get("quick", entry["command"]),
             tuple(entry.get("seeds", [1])),
             tuple(entry.get("quick_seeds", entry.get("seeds", [1])[:1])),
-            (*entry["measures"], *always),
+            (*(groups[entry["through"]] if "through" in entry else ()), *entry["measures"], *always),
             entry["minutes"],
         )
         for name, entry in document["run"].items()

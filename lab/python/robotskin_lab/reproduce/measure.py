@@ -98,7 +98,7 @@ def measure(
         processors = dict.fromkeys(one for machine in machines for one in str(machine["processor"]).split(AND))
         return Result(
             name,
-            run.quick if quick else run.command,
+            run.form(quick=quick),
             quick,
             commits[name],
             measured[name],
@@ -137,8 +137,7 @@ def _seeds_of_before(
         before = load(run.name, results)
     except ResultError:
         return {}
-    command = run.quick if quick else run.command
-    same = (before.command, before.quick, before.measured) == (command, quick, measured)
+    same = (before.command, before.quick, before.measured) == (run.form(quick=quick), quick, measured)
     if not same or CHANGED in before.commit + commit:
         return {}
     return {seed: (figures, before.machine) for seed, figures in before.by_seed.items()}

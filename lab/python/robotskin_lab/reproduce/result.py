@@ -15,9 +15,12 @@ from typing import Any
 
 from robotskin.errors import RobotskinError
 from robotskin.whole_file import whole_file
+from robotskin_lab.reproduce.catalogue import Run
 
 TREE = Path(__file__).resolve().parents[4]
 FOLDER = TREE / "docs" / "results"
+SHORT_FOLDER = TREE / "build" / "short_results"
+"""Of short forms of runs that have a whole result, which they do not replace."""
 CHANGED = "+"
 """Behind the commit of a result that was measured with changes which were not committed."""
 OF_SEEDS: dict[str, Callable[[list[float]], float]] = {"least": min, "most": max, "mean": fmean, "sum": sum}
@@ -90,6 +93,15 @@ def load(run: str, folder: Path = FOLDER) -> Result:
     return Result(**document)
 
 
+def folder_for(result: Result, folder: Path = FOLDER, short_folder: Path = SHORT_FOLDER) -> Path:
+    """Where a result belongs: a short form stands aside where a whole one is kept."""
+    try:
+        before = load(result.run, folder)
+    except ResultError:
+        return folder
+    return short_folder if result.quick and not before.quick else folder
+
+
 def kept(folder: Path = FOLDER) -> list[str]:
     """The names of all runs of which a result is kept."""
     return sorted(file.stem for file in folder.glob("*.json"))
@@ -128,9 +140,10 @@ def objects_now(measures: tuple[str, ...]) -> dict[str, str]:
     return {path: found.get(path, "") for path in measures}
 
 
-def is_old(result: Result, measures: tuple[str, ...]) -> bool:
-    """Whether what the result measures is not what it was.
+def is_old(result: Result, run: Run) -> bool:
+    """Whether what the run measures now, and by which command, is not what it was.
 
     Ids of content are compared, not commits: so a rebased branch and a shallow clone can tell as well.
     """
-    return result.commit.endswith(CHANGED) or result.measured != objects_now(measures)
+    same = result.command == run.form(quick=result.quick) and result.measured == objects_now(run.measures)
+    return result.commit.endswith(CHANGED) or not same

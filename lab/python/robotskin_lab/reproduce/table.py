@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from robotskin_lab import page_table
@@ -13,6 +14,8 @@ from robotskin_lab.reproduce.result import FOLDER, TREE, Result, ResultError, is
 PAGE = TREE / "docs" / "reproduction.md"
 PAGES = sorted([*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")])
 OLD = " (older than the code)"
+COUNT = re.compile(r"<!-- older -->.*?<!-- end older -->")
+"""How many rows are so, in the text of the page."""
 HEAD = (
     "| figure | stated (or our rebuild of the method) | ours | ours / stated | measured by | at commit |",
     "|---|---|---|---|---|---|",
@@ -41,18 +44,18 @@ def said(row: Row, result: Result) -> tuple[str, str]:
 def line(row: Row, catalogue: Catalogue, folder: Path = FOLDER) -> str:
     """One line of the table; a row whose run was never made says so."""
     run = catalogue.runs[row.run]
-    command = f"`robotskin {run.command}`"
     try:
         result = load(row.run, folder)
     except ResultError:
-        return f"| {row.figure} | {row.stated} | not measured yet | — | {command} | — |"
+        return f"| {row.figure} | {row.stated} | not measured yet | — | `robotskin {run.command}` | — |"
     ours, ratio = said(row, result)
     seeds = f"{len(result.seeds)} seeds" if len(result.seeds) > 1 else f"seed {result.seeds[0]}"
     if run.lacking(result.seeds, quick=result.quick):
         seeds = f"{len(result.seeds)} of {len(run.wanted_seeds(quick=result.quick))} seeds"
-    form = f"`robotskin {run.quick}` (short form)" if result.quick else command
-    old = OLD if is_old(result, run.measures) else ""
-    return f"| {row.figure} | {row.stated} | {ours} | {ratio} | {form}, {seeds} | {result.commit}{old} |"
+    form = " (short form)" if result.quick else ""
+    old = OLD if is_old(result, run) else ""
+    command = f"`robotskin {result.command}`{form}"
+    return f"| {row.figure} | {row.stated} | {ours} | {ratio} | {command}, {seeds} | {result.commit}{old} |"
 
 
 def lines(catalogue: Catalogue, folder: Path = FOLDER) -> list[str]:
@@ -67,9 +70,12 @@ def differences(catalogue: Catalogue) -> list[str]:
 
 
 def with_table(page: str, catalogue: Catalogue) -> str:
-    """The page with both tables as they should be."""
-    page = page_table.with_table(page, "results", lines(catalogue))
-    return page_table.with_table(page, "differences", differences(catalogue))
+    """The page with both tables as they should be, and how many rows are marked as old."""
+    rows = lines(catalogue)
+    page = page_table.with_table(page, "results", rows)
+    page = page_table.with_table(page, "differences", differences(catalogue))
+    old = sum(OLD in row for row in rows)
+    return COUNT.sub(f"<!-- older -->{old} of {len(catalogue.rows)}<!-- end older -->", page)
 
 
 def write(catalogue: Catalogue) -> list[Path]:

@@ -26,7 +26,7 @@ def command(
     stiff: Annotated[bool, typer.Option("--stiff", help="Arms that do not answer to the skin: the baseline.")] = False,
     standing: Annotated[bool, typer.Option("--standing", help="With --grasp: on the robot's own feet.")] = False,
     mass: Annotated[
-        float | None, typer.Option(help="Kilograms of the thing, instead of a drawn mass.", min=0.1)
+        float | None, typer.Option(help="With --grasp: kilograms of the thing, instead of a drawn mass.", min=0.1)
     ] = None,
     kind: Annotated[
         ThingKind | None, typer.Option("--object", help="With --grasp: what is handed, instead of a drawn shape.")

@@ -38,7 +38,10 @@ class NumberTable:
         """
         try:
             line = _lines(Path(path))
-            cells = pd.read_csv(path, index_col=False, low_memory=False)
+            # An empty cell was not read; pandas would take words such as N/A for one, too.
+            cells = pd.read_csv(path, index_col=False, low_memory=False, keep_default_na=False, na_values=[""])
+        except UnicodeDecodeError as error:
+            raise RecordingError(f"{path}: is no text in UTF-8") from error
         except (OSError, ValueError, csv.Error) as error:
             raise RecordingError(f"{path}: {error}") from error
         if len(cells) != len(line):
@@ -82,7 +85,7 @@ class NumberTable:
 
 
 def _lines(path: Path) -> NDArray[np.int64]:
-    """(R,) the line of each row; every row has as many cells as the heading."""
+    """(R,) the line of each row; every row has as many cells as the heading, which names each column once."""
     with path.open(encoding="utf-8-sig", newline="") as file:
         headings, lines = 0, []
         for number, text in enumerate(file, 1):
@@ -91,6 +94,9 @@ def _lines(path: Path) -> NDArray[np.int64]:
             cells = len(next(csv.reader([text]))) if '"' in text else text.count(",") + 1
             if not headings:
                 headings = cells
+                names = next(csv.reader([text]))
+                if twice := next((name for name in names if names.count(name) > 1), ""):
+                    raise RecordingError(f"{path}: column {twice} stands twice")
             elif cells != headings:
                 raise RecordingError(
                     f"{path}, line {number}: {cells} cells, where the heading has {headings}: a row that was cut off, "
@@ -98,4 +104,6 @@ def _lines(path: Path) -> NDArray[np.int64]:
                 )
             else:
                 lines.append(number)
+    if not headings:
+        raise RecordingError(f"{path}: is empty; its first line names the columns")
     return np.array(lines, dtype=np.int64)

@@ -229,6 +229,10 @@ def test_a_table_without_plugs_is_refused_with_its_columns(tmp_path) -> None:
         ("time_s,JOINTS,a_x,a_y,a_z", "0,,0,0,0,0,0,0,0,0", "line 2: shoulder_pan_joint"),
         ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,0,0,up", "line 2: a_z: up: must be a finite number, or empty"),
         ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,0,inf,0", "line 2: a_y: inf"),
+        ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,0,N/A,0", "line 2: a_y: N/A"),
+        ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,0,null,0", "line 2: a_y: null"),
+        ("time_s,JOINTS,a_x,a_y,a_z,a_x", "0,0,0,0,0,0,0,0,0,9,0", "felt.csv: column a_x stands twice"),
+        ("", "", "felt.csv: is empty; its first line names the columns"),
         ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,True,0,0", "line 2: a_x: True"),
         ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,0,0", "line 2: 9 cells, where the heading has 10"),
         ("time_s,JOINTS,a_x,a_y,a_z", "0,0,0,0,0,0,0,0,0,9,8", "line 2: 11 cells, where the heading has 10"),
@@ -243,6 +247,13 @@ def test_other_tables_are_refused(ur5, tmp_path, heading: str, row: str, said: s
     file = tmp_path / "felt.csv"
     file.write_text(f"{heading.replace('JOINTS', ','.join(ur5.joint_names))}\n{row}\n")
     with pytest.raises(RecordingError, match=said):
+        FeltSeries.load(file, ur5.joint_names)
+
+
+def test_a_table_that_is_no_text_is_refused_by_its_name(ur5, tmp_path) -> None:
+    file = tmp_path / "felt.csv"
+    file.write_bytes(b"time_s\xff\xfe\n0\n")
+    with pytest.raises(RecordingError, match=r"felt\.csv: is no text in UTF-8"):
         FeltSeries.load(file, ur5.joint_names)
 
 
