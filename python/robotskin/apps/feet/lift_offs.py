@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from robotskin.apps.feet.contact import Event
 from robotskin.apps.feet.gait import Step
+from robotskin.apps.feet.truth import LOADED_N
 from robotskin.apps.feet.walk import Told
 
 Array = NDArray[np.float64]
-LOADED_N = 5.0
-"""A foot that truly carries more is on the ground."""
 AROUND_S = 0.25
 """Around the time at which a step is planned to leave, in which it truly leaves."""
 EARLY_S, LATE_S = 0.10, 0.25

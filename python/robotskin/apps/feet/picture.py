@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from robotskin.apps.feet.exoskeleton import REGIONS, SIDES, Region
 from robotskin.apps.feet.gait import Step
-from robotskin.apps.feet.script import LOADED_N, Walked
+from robotskin.apps.feet.script import Walked
+from robotskin.apps.feet.truth import LOADED_N
 from robotskin.apps.feet.walk import FeelingFeet
 from robotskin.errors import InputError
 

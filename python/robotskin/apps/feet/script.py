@@ -14,7 +14,7 @@ from robotskin.apps.feet.exoskeleton import Region
 from robotskin.apps.feet.expected_duty import ExpectedDuty, duty_of_share
 from robotskin.apps.feet.gait import Step
 from robotskin.apps.feet.lift_offs import lift_off_figures
-from robotskin.apps.feet.truth import TrueLoad
+from robotskin.apps.feet.truth import LOADED_N, TrueLoad
 from robotskin.apps.feet.vibration import Calibration
 from robotskin.apps.feet.walk import CALIBRATES_S, PERIOD_S, FeelingFeet
 from robotskin.figures import Bound
@@ -22,8 +22,6 @@ from robotskin.figures import Bound
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-LOADED_N = 5.0
-"""A foot that truly carries more is on the ground."""
 EARLY_S, LATE_S = 0.10, 0.25
 """Around the time at which a step is planned to land, in which it truly lands and has to be told."""
 NAIVE_N, NAIVE_FREE_S = 0.3, 0.05

@@ -12,6 +12,8 @@ from robotskin.world import World
 Array = NDArray[np.float64]
 BORDER_M = 0.05
 """Between centre and the two other regions."""
+LOADED_N = 5.0
+"""A foot that truly carries more is on the ground."""
 
 
 class TrueLoad:
