@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from robotskin.apps.embrace.scene import Person
+from robotskin.apps.embrace.script import hug_limits, session_of
 from robotskin.apps.embrace.script import run as hug
-from robotskin.apps.embrace.script import session_of
 from robotskin.errors import UnknownNameError
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.embrace_grasps import WAYS, draw_first_grasp, grasp_figures
@@ -20,7 +21,18 @@ from robotskin_lab.bench.progress import tell, tell_step
 
 HUGS = ("hug", "stiff")
 PARTS = (*HUGS, *WAYS)
-KEPT = ("hug_active_cells", "hug_cell_max_n", "in_contact", "person_moved_mm", "still_held", "let_go", "stands")
+KEPT = (
+    "hug_active_cells",
+    "hug_cell_max_n",
+    "in_contact",
+    "person_moved_mm",
+    "still_held",
+    "let_go",
+    "stands",
+    "running",
+    "region_chest_true_n",
+    "region_back_true_n",
+)
 """Of each part; the figures of the other parts have its name before theirs."""
 
 
@@ -40,7 +52,8 @@ def run(
     is told of a way is pooled over them. Hugs are of the first seed alone. The whole: `robotskin reproduce embrace
     large_things`.
 
-    hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held. grasp: large
+    hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held, and
+    no limit of contact that would stop them. grasp: large
     things, by the skin, on a fixed base. by_map: the same things, where touched cells give way by a sensory-motor map
     that the skin has learnt, in place of the model; `by_map_below_model` is the share of things that it holds less than
     grasp. no_reaction: they do not give way, and paths alone adapt. open_loop: on the path of a thing of 0.35 m.
@@ -65,7 +78,9 @@ def run(
         figures["by_map_below_model"] = figures["success_share"] - figures["by_map_success_share"]
     for part in [one for one in wanted if one in HUGS]:
         tell_step(f"{part}: a person {1e3 * person.depth_m:.0f} mm deep")
-        session = session_of(person, seed)
+        # The limits are the skin's: they would hold stiff arms where they first press too hard.
+        limits = hug_limits() if part == "hug" else dataclasses.replace(hug_limits(), regions=())
+        session = session_of(person, seed, limits)
         try:
             session.boot()
             kept = followed_hug()

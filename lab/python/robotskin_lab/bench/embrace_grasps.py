@@ -56,7 +56,8 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
     """Take so many things drawn with each seed, each in a world of its own; figures are pooled over all.
 
     objects: in all; success_share; peak_arm_n: of the arm that presses harder, which 95 % of grasps stay below;
-    peak_cell_n: the largest of all; opened_share: grasps that left the state open; false_transition_share: of all
+    peak_cell_n: the largest of all; opened_share: grasps that left the state open; stopped_share: those in
+    which the guard stopped the robot, though a thing may be held all the same; false_transition_share: of all
     changes of state, those for which nothing that truly touched gave a reason; failed: by what ended them. For slips
     see `slip_figures`.
     """
@@ -87,6 +88,8 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
         "peak_cell_n": float(column["peak_cell_n"].max()),
         "grasp_s": float(np.median(column["grasp_s"])),
         "opened_share": float(column["opened"].mean()),
+        "stopped_share": float(1 - column["running"].mean()),
+        "limit_violations": float(column["limit_violations"].sum()),
         "slips": float(column["slips"].sum()),
         **slip_figures(column["slips"], column["slid_mm"]),
         "false_transition_share": float(column["false_transitions"].sum()) / max(transitions, 1.0),
