@@ -13,6 +13,18 @@ from robotskin_lab.bench.embrace import run
 from robotskin_lab.bench.embrace_grasps import SLID_MM, slip_figures
 
 Made = list[tuple[Large, int, bool]]
+NAMES = (
+    "peak_arm_n",
+    "peak_cell_n",
+    "grasp_s",
+    "opened",
+    "slips",
+    "slid_mm",
+    "transitions",
+    "running",
+    "limit_violations",
+)
+ZERO = dict.fromkeys(NAMES, 0.0)
 
 
 @pytest.fixture
@@ -42,6 +54,8 @@ def test_shares_and_forces_are_those_of_all_things_of_all_seeds(
         one = {name: float(draw.uniform(1, 50)) for name in names}
         one |= {
             "success": float(draw.random() < 0.5),
+            "running": float(draw.random() < 0.8),
+            "limit_violations": float(draw.integers(3)),
             "transitions": float(draw.integers(1, 9)),
             "false_transitions": 1.0,
         }
@@ -56,6 +70,8 @@ def test_shares_and_forces_are_those_of_all_things_of_all_seeds(
     assert figures["standing_success_share"] == pytest.approx(np.mean([one["success"] for one in standing]))
     assert figures["peak_arm_n"] == pytest.approx(np.percentile([one["peak_arm_n"] for one in by_skin], 95))
     assert figures["false_transition_share"] == pytest.approx(21 / sum(one["transitions"] for one in by_skin))
+    assert figures["stopped_share"] == pytest.approx(np.mean([not one["running"] for one in by_skin]))
+    assert figures["limit_violations"] == sum(one["limit_violations"] for one in by_skin)
     assert figures.get("failed_fell", 0.0) == sum(not one["success"] for one in by_skin)
     assert len({large.width_m for large, _, _ in made[:21]}) == 21, "each seed draws its own things"
     assert len({world for _, world, _ in made[:21]}) == 21, "each in a world of its own"
@@ -65,8 +81,7 @@ def test_shares_and_forces_are_those_of_all_things_of_all_seeds(
 def test_every_way_takes_the_things_that_the_skin_takes_first(
     made: Made, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    zero = dict.fromkeys(("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips", "slid_mm", "transitions"), 0.0)
-    monkeypatch.setattr(embrace_grasps, "run_grasp", lambda *_, **__: zero | {"success": 1.0, "false_transitions": 0.0})
+    monkeypatch.setattr(embrace_grasps, "run_grasp", lambda *_, **__: ZERO | {"success": 1.0, "false_transitions": 0.0})
     run(seed=seed, parts="grasp,masked", objects=3, objects_beside=2)
     assert [thing for thing, _, _ in made[3:]] == [thing for thing, _, _ in made[:2]]
 
@@ -82,7 +97,6 @@ def test_slips_are_judged_by_how_far_things_truly_slid(seed: int) -> None:
 def test_taught_things_are_those_of_the_skin_on_the_paths_of_one_lesson_a_seed(
     made: Made, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    zero = dict.fromkeys(("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips", "slid_mm", "transitions"), 0.0)
     lessons: list[int] = []
     given: list[object] = []
 
@@ -92,7 +106,7 @@ def test_taught_things_are_those_of_the_skin_on_the_paths_of_one_lesson_a_seed(
 
     def grasp(*_: object, taught: object, **__: object) -> dict[str, float]:
         given.append(taught)
-        return zero | {"success": 1.0, "false_transitions": 0.0}
+        return ZERO | {"success": 1.0, "false_transitions": 0.0}
 
     monkeypatch.setattr(embrace_grasps, "teach", lesson)
     monkeypatch.setattr(embrace_grasps, "arms_of", lambda: None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmark of self-configuration refuses what it cannot run before it runs anything."""
+"""The benchmark of self-configuration: its method beats its baselines, and it refuses what it cannot run."""
 
 from pathlib import Path
 
@@ -23,3 +23,20 @@ def test_loops_of_published_patches_need_their_files(monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("ROBOTSKIN_SHARED", str(tmp_path))
     with pytest.raises(typer.BadParameter, match="name theirs"):
         run(parts="tum")
+
+
+def test_places_by_gravity_are_nearer_than_those_of_both_baselines(seed: int) -> None:
+    found = run(seed=seed, seeds=1, parts="reconstruction", on="here")
+    for poses in ("random", "half", "babbling"):
+        baselines = [found[f"baseline_{name}_{poses}_rotation_deg"] for name in ("paper", "centred")]
+        assert found[f"{poses}_rotation_error_deg"] < 0.8 * min(baselines), poses
+        assert found[f"{poses}_nees_within_95"] > 0.85, poses
+    assert found["babbling_rotation_error_deg"] < 1.2
+    assert found["babbling_position_error_mm"] < 1.0
+
+
+def test_the_map_has_its_signs_right_with_and_without_the_robots_model(seed: int) -> None:
+    found = run(seed=seed, seeds=1, parts="map", on="here")
+    assert found["map_sign_agreement"] > max(0.98, found["baseline_sign_agreement"])
+    assert found["map_sign_agreement_without_model"] > 0.98
+    assert found["map_weights_counted"] > 1000
