@@ -65,7 +65,7 @@ def test_an_unknown_skin_is_heard_moved_and_found(ur5, skin, seed) -> None:
     assert len(found) > 100
     assert [found.links[i] for i in found.link] == [skin.links[skin.link[row]] for row in rows]
     rotation_deg, position_mm = mean_errors(found.link_from_cell, skin.link_from_cell[rows])
-    # Of four postures and one swing a joint, in the imperfect world: a whole plan comes to a quarter of this distance.
+    # Of four postures and one swing a joint, in the imperfect world: a whole plan comes nearer (docs/reproduction.md).
     assert rotation_deg < 1.5
     assert position_mm < 8.0
 
