@@ -10,7 +10,7 @@ from robotskin.layout import finished
 from robotskin.session import Session
 from robotskin.world import WorldError
 from robotskin_lab.bench import balance, balance_chain
-from robotskin_lab.bench.balance_chain import chain_figures, pushed_through_chain
+from robotskin_lab.bench.balance_chain import chain_figures, pushed_through_chain, statue_stands
 from robotskin_lab.bench.balance_kinds import SHOULDERS, Kind
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, drawn_cells, ramp
 from robotskin_lab.bench.balance_search import GROWTH, Found, Outcome
@@ -41,6 +41,12 @@ def test_only_a_robot_that_has_fallen_may_lie_in_a_world_that_breaks_afterwards(
         ).stands
 
 
+def test_a_statue_stands_a_push_on_the_chest_and_falls_by_a_hard_one(seed: int) -> None:
+    cell = drawn_cells(seed, 1, CHEST, np.array((1.0, 0.0, 0.0)))[0]
+    kind = Kind("ramp_chest_n", lambda force_n: (lambda t: force_n * min(t / 0.3, 1.0), 1.5), 40.0, 200.0)
+    assert 40.0 <= statue_stands(seed, kind, cell, (1.0, 0.0, 0.0)) < 200.0
+
+
 def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -53,13 +59,23 @@ def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(
         return Outcome(size <= limits[direction[0]], stopped=size > 0.95 * limits[direction[0]])
 
     reduced = {1.0: 90.0, -1.0: 90.0}
+    statues = {1.0: 70.0, -1.0: 60.0}
+    at = {}
+
+    def statue(seed: int, kind: Kind, cell: int, direction: tuple[float, float, float]) -> float:
+        at[direction] = cell
+        return statues[direction[0]]
+
     monkeypatch.setattr(balance_chain, "pushed_through_chain", pushed)
+    monkeypatch.setattr(balance_chain, "statue_stands", statue)
     kind = Kind("ramp_chest_n", ramp, 95.0, 200.0)
     figures = chain_figures(seed, [kind], lambda kind, cell, direction: reduced[direction[0]])
     assert 80.0 / np.sqrt(GROWTH) <= figures["chain_ramp_chest_n"] <= 80.0
     assert figures["chain_over_reduced_ramp_chest_n"] == figures["chain_ramp_chest_n"] / 90.0
+    assert figures["statue_at_chain_ramp_chest_n"] == 60.0
+    assert figures["chain_over_statue_ramp_chest_n"] == figures["chain_ramp_chest_n"] / 60.0
     for cell, direction in asked:
-        assert cell == drawn_cells(seed, 1, CHEST, np.array(direction))[0]
+        assert cell == at[direction] == drawn_cells(seed, 1, CHEST, np.array(direction))[0]
 
 
 def test_a_blow_from_the_side_is_tried_on_the_shoulder_that_it_meets(
@@ -72,6 +88,7 @@ def test_a_blow_from_the_side_is_tried_on_the_shoulder_that_it_meets(
         return Outcome(stands=force_n(0.05) < 400.0, stopped=True)
 
     monkeypatch.setattr(balance_chain, "pushed_through_chain", pushed)
+    monkeypatch.setattr(balance_chain, "statue_stands", lambda *args: 50.0)
     monkeypatch.setattr(balance, "largest_push", lambda *args: Found(40.0, 40.0, 0))
     figures = balance.through_chain(seed, ["impulse_side_ns"])
     links, layout = finished(ROBOT).links, finished(ROBOT)
