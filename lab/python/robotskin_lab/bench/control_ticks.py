@@ -4,12 +4,15 @@
 Times of ticks are the processor's own of their thread, which waiting for others does not stretch; those on the clock on
 the wall have `_wall` in their names. A microsecond depends on the machine and on what else runs there, so each time
 stands beside its ratio to one kernel of the same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`).
+A machine that others share changes its speed within a second. So the kernel is timed between laps of ticks, and the
+ratio of a tick is to what the kernel takes around its lap.
 The same ticks run twice, and of each the lesser processor time counts: their work is equal to the step, so what differs
 is what the rest of the machine does to its caches.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -41,6 +44,9 @@ from robotskin_lab._lab.baselines import time_dynamics_update, time_skin_task
 Figures = dict[str, Any]
 REFERENCE = "RobotDynamics.update of talos (Pinocchio: nonlinear effects, gravity, mass matrix, its factor)"
 STATES = 64
+WARM_UP = 200
+LAP = 10 * STATES
+REFERENCE_ROUNDS = 200
 TOUCHED_SHARE = 0.1
 
 
@@ -59,7 +65,7 @@ def tick_figures(seed: int, ticks: int) -> Figures:
     shares = [value for key, value in figures.items() if key.endswith("_fallback_ticks_share")]
     figures["fallback_ticks_share"] = max(shares)
     figures |= ur5.times("ur5_tick", ("ee_link",), Fusion.null_space, ticks, 1.0)
-    return figures
+    return figures | {"reference_us": float(np.median(talos.reference.taken_us + ur5.reference.taken_us))}
 
 
 def skin_figures(seed: int, rounds: int) -> Figures:
@@ -80,15 +86,30 @@ def skin_figures(seed: int, rounds: int) -> Figures:
 
 
 def ratio_figures(seed: int, figures: Figures, rounds: int = 3000) -> Figures:
-    """The reference kernel, its median microseconds, and each time of `figures` over it."""
+    """The reference kernel, its median microseconds, and each time of `figures` that has no ratio yet over it."""
     times = {key.removesuffix("_us"): value for key, value in figures.items() if key.endswith("_us")}
+    reference = times.pop("reference", None)
     if not times:
         return {}
-    robot, rng = robots.load("talos").core, np.random.default_rng(seed)
-    time_dynamics_update(robot, _posture(robot, rng), 20)
-    reference = float(np.median(time_dynamics_update(robot, _posture(robot, rng), rounds))) / 1e3
-    ratios = {f"{key}_ratio": value / reference for key, value in times.items()}
+    if reference is None:
+        reference = Reference(np.random.default_rng(seed)).median_us(rounds)
+    ratios = {f"{key}_ratio": value / reference for key, value in times.items() if f"{key}_ratio" not in figures}
     return {"reference_kernel": REFERENCE, "reference_us": reference} | ratios
+
+
+class Reference:
+    """The kernel that tells how fast the machine is at this moment."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.robot = robots.load("talos").core
+        self.posture = _posture(self.robot, rng)
+        self.taken_us: list[float] = []
+
+    def median_us(self, rounds: int = REFERENCE_ROUNDS) -> float:
+        """Median microseconds of `rounds` updates, after some that are not timed."""
+        time_dynamics_update(self.robot, self.posture, 20)
+        self.taken_us.append(float(np.median(time_dynamics_update(self.robot, self.posture, rounds))) / 1e3)
+        return self.taken_us[-1]
 
 
 class Rig:
@@ -101,6 +122,7 @@ class Rig:
         self.gains = self.gain_set.cycle_gains(self.core, self.skin)
         self.states = self._path(rng)
         self.touch = _touched(len(self.skin), rng, TOUCHED_SHARE)
+        self.reference = Reference(rng)
 
     def _path(self, rng: np.random.Generator) -> list[JointState]:
         """Joint states around a closed path, so that nothing jumps from one to the next."""
@@ -133,13 +155,17 @@ class Rig:
         (first, counted), (again, counted_again) = (self._run(key, hands, fusion, ticks, squeeze) for _ in range(2))
         if counted != counted_again:
             raise RuntimeError(f"{key}: the same ticks took other steps when they ran again")
-        times_us = np.column_stack([first[:, 0], np.minimum(first[:, 1], again[:, 1])])
-        return {**time_figures(key, times_us), **counted}
+        of_the_processor = [1, 3]
+        first[:, of_the_processor] = np.minimum(first, again)[:, of_the_processor]
+        return {**time_figures(key, first[:, :2]), **time_figures(key, first[:, 2:], "ratio"), **counted}
 
     def _run(
         self, key: str, hands: tuple[str, ...], fusion: Fusion, ticks: int, squeeze: float
     ) -> tuple[NDArray[np.float64], Figures]:
-        """Microseconds (ticks, 2) of each tick on the clock and of the processor, and what the programmes counted."""
+        """Of each tick (ticks, 4) microseconds on the clock and of the processor, then both over the reference.
+
+        Beside them what the programmes counted.
+        """
         limits = QuadraticLimits.of(self.core)
         gravity = 1.2 * np.abs(_gravity(self.robot, self.gain_set.home))
         limits.torque = np.maximum(squeeze * np.array(limits.torque), gravity).tolist()
@@ -149,27 +175,50 @@ class Rig:
         cycle.request_mode(CommandMode.torque)
         cycle.request_run(True)
         command = JointCommand(CommandMode.torque, self.core.joint_count)
-        warm_up = 200
-        cycle.time_steps(self.states, self.touch, 10**9, command, warm_up)
-        start_ns = 10**9 + warm_up * 1_000_000
-        measured = cycle.time_steps(self.states, self.touch, start_ns, command, ticks) / 1e3
+        run = 0
+
+        def timed_us(steps: int) -> NDArray[np.float64]:
+            nonlocal run
+            start_ns = 10**9 + run * 1_000_000
+            run += steps
+            return cycle.time_steps(self.states, self.touch, start_ns, command, steps) / 1e3
+
+        timed_us(WARM_UP)
+        measured = timed_laps(timed_us, self.reference.median_us, ticks)
         if cycle.report.state != SafetyState.running:
             raise RuntimeError(f"{key}: the robot stopped while it was timed: {cycle.report.text}")
         if fusion is not Fusion.quadratic:
             return measured, {}
         counts = cycle.fusion_counts
         return measured, {
-            f"{key}_fallback_ticks_share": counts.fallback_ticks / (warm_up + ticks),
+            f"{key}_fallback_ticks_share": counts.fallback_ticks / run,
             f"{key}_most_steps": float(counts.most_steps),
         }
 
 
-def time_figures(key: str, times_us: NDArray[np.float64]) -> Figures:
+def timed_laps(
+    timed_us: Callable[[int], NDArray[np.float64]], reference_us: Callable[[], float], ticks: int
+) -> NDArray[np.float64]:
+    """`ticks` times (ticks, 2) of `timed_us`, and beside them (ticks, 4) their ratios to the reference of their lap.
+
+    That is the mean of the reference before and after the lap.
+    """
+    laps, before_us = [], reference_us()
+    for start in range(0, ticks, LAP):
+        timed_us(STATES)  # The reference has taken the caches.
+        lap_us = timed_us(min(LAP, ticks - start))
+        after_us = reference_us()
+        laps.append(np.column_stack([lap_us, lap_us / ((before_us + after_us) / 2)]))
+        before_us = after_us
+    return np.concatenate(laps)
+
+
+def time_figures(key: str, times: NDArray[np.float64], unit: str = "us") -> Figures:
     """Median, 99 % and worst of times (ticks, 2): first those on the clock, `_wall`, then those of the processor."""
     return {
-        f"{key}{of}_{name}_us": float(value)
-        for of, times in zip(("_wall", ""), times_us.T, strict=True)
-        for name, value in (("median", np.median(times)), ("p99", np.percentile(times, 99)), ("max", times.max()))
+        f"{key}{of}_{name}_{unit}": float(value)
+        for of, column in zip(("_wall", ""), times.T, strict=True)
+        for name, value in (("median", np.median(column)), ("p99", np.percentile(column, 99)), ("max", column.max()))
     }
 
 
