@@ -4,8 +4,8 @@
 Times of ticks are the processor's own of their thread, which waiting for others does not stretch; those on the clock on
 the wall have `_wall` in their names. A microsecond depends on the machine and on what else runs there, so each time
 stands beside its ratio to one kernel of the same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`).
-A machine that others share changes its speed within a second. So the kernel is timed between laps of ticks, and the
-ratio of a tick is to what the kernel takes around its lap.
+A machine that others share changes its speed within a second. So the kernel is timed between laps of ticks: `_ratio` is
+to its median in the whole run, `_lap_ratio` to what it takes around the lap of the tick.
 The same ticks run twice, and of each the lesser processor time counts: their work is equal to the step, so what differs
 is what the rest of the machine does to its caches.
 """
@@ -86,14 +86,14 @@ def skin_figures(seed: int, rounds: int) -> Figures:
 
 
 def ratio_figures(seed: int, figures: Figures, rounds: int = 3000) -> Figures:
-    """The reference kernel, its median microseconds, and each time of `figures` that has no ratio yet over it."""
+    """The reference kernel, its median microseconds, and each time of `figures` over it."""
     times = {key.removesuffix("_us"): value for key, value in figures.items() if key.endswith("_us")}
     reference = times.pop("reference", None)
     if not times:
         return {}
     if reference is None:
         reference = Reference(np.random.default_rng(seed)).median_us(rounds)
-    ratios = {f"{key}_ratio": value / reference for key, value in times.items() if f"{key}_ratio" not in figures}
+    ratios = {f"{key}_ratio": value / reference for key, value in times.items()}
     return {"reference_kernel": REFERENCE, "reference_us": reference} | ratios
 
 
@@ -155,9 +155,8 @@ class Rig:
         (first, counted), (again, counted_again) = (self._run(key, hands, fusion, ticks, squeeze) for _ in range(2))
         if counted != counted_again:
             raise RuntimeError(f"{key}: the same ticks took other steps when they ran again")
-        of_the_processor = [1, 3]
-        first[:, of_the_processor] = np.minimum(first, again)[:, of_the_processor]
-        return {**time_figures(key, first[:, :2]), **time_figures(key, first[:, 2:], "ratio"), **counted}
+        lesser = lesser_of(first, again)
+        return {**time_figures(key, lesser[:, :2]), **time_figures(key, lesser[:, 2:], "lap_ratio"), **counted}
 
     def _run(
         self, key: str, hands: tuple[str, ...], fusion: Fusion, ticks: int, squeeze: float
@@ -211,6 +210,18 @@ def timed_laps(
         laps.append(np.column_stack([lap_us, lap_us / ((before_us + after_us) / 2)]))
         before_us = after_us
     return np.concatenate(laps)
+
+
+def lesser_of(first: NDArray[np.float64], again: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of two runs of the same ticks (ticks, 4) the lesser time of the processor, with the ratio that belongs to it.
+
+    Times on the clock, and their ratios, are those of the first run.
+    """
+    lesser = first.copy()
+    faster = again[:, 1] < first[:, 1]
+    for column in (1, 3):
+        lesser[faster, column] = again[faster, column]
+    return lesser
 
 
 def time_figures(key: str, times: NDArray[np.float64], unit: str = "us") -> Figures:
