@@ -87,7 +87,9 @@ def command(
     camera: Annotated[
         bool,
         typer.Option(
-            "--camera", help="Patches that motion leaves open are placed by pictures of their LEDs (simulated skins)."
+            "--camera",
+            help="Pictures of LEDs tell where patches are that motion leaves open; with --ideal alone also how they "
+            "are turned (simulated skins).",
         ),
     ] = False,
     steps: Annotated[
@@ -102,8 +104,8 @@ def command(
 
     The steps of figure 4 of the paper: explore the running network, babble safely, reconstruct the shape of every
     patch, find its place on the limbs; then the sensory-motor map. Cells, network, driver and guard are the real ones.
-    With --camera, patches that motion leaves open, such as those on a first link with a vertical axis, are shaped and
-    placed by pictures of their blinking LEDs.
+    With --camera, pictures of blinking LEDs tell link and place of patches that motion leaves open, such as those on a
+    first link with a vertical axis. How their cells are turned they tell with --ideal only: else these stay open.
     With --check the robot moves (or --from tells what it felt) to find out what has changed: a cell exchanged, a patch
     moved, a link slipped, a plug opened; all else stays as it was configured.
 
@@ -240,8 +242,11 @@ def command(
         found.layout().save(target)
         console.print(f"layout written to {target}")
     if found.kinematics is not None:
-        axes = Table(title="joint axes from the skin alone, against nominal")
-        for heading in ("joint", "angle °", "distance mm", "stated σ °"):
+        axes = Table(
+            title="joint axes from the skin alone, against nominal",
+            caption="σ is of the readings' noise alone; what is wrong alike in all readings, and in nominal, is more",
+        )
+        for heading in ("joint", "angle °", "distance mm", "σ of noise °"):
             axes.add_column(heading, justify="left" if heading == "joint" else "right")
         for axis in against_nominal(found.kinematics, model):
             numbers = (57.2958 * axis.angle_rad, 1e3 * axis.distance_m, 57.2958 * axis.deviation_rad)

@@ -92,6 +92,16 @@ def test_a_run_that_measures_sessions_measures_all_that_they_run_on(run: Run) ->
         assert [f"core/{part}" for part in parts if not measured(f"core/{part}")] == []
 
 
+@pytest.mark.parametrize("run", CATALOGUE.runs.values(), ids=lambda run: run.name)
+def test_a_run_in_which_a_skin_finds_itself_measures_what_that_runs_on(run: Run) -> None:
+    def measured(path: str) -> bool:
+        return any(Path(path).is_relative_to(one) for one in run.measures)
+
+    if measured("python/robotskin/configuring"):
+        needed = ("firmware", *(f"core/{part}" for part in ("driver", "model", "robot", "skin", "world")))
+        assert [path for path in needed if not measured(path)] == []
+
+
 def test_what_a_run_measures_is_there() -> None:
     missing = [path for run in CATALOGUE.runs.values() for path in run.measures if not (TREE / path).exists()]
     assert not missing

@@ -26,9 +26,10 @@ PARTS = ("ticks", "skin", "peer", "priority", "fallback", "switch", "map", "spre
 
 MORE_IS_BETTER = (
     "_agreement", "_agreement_without_model", "_cosine", "_cosine_without_model", "_touches", "_touches_without_model",
-    "_slope_ok", "proximity_contact_free", "proximity_balls", "proximity_least_gap_mm", "proximity_retreat_mm",
-    "push_peak_force_stiff_n", "push_peak_cell_share", "interface_pushes", "fallback_cut_ticks", "priority_states",
-    "soak_s", "soak_touches", "flat_qp_limited_share",
+    "_agreement_ideal", "_agreement_without_model_ideal", "_cosine_ideal", "_cosine_without_model_ideal",
+    "_touches_ideal", "_touches_without_model_ideal", "_slope_ok", "proximity_contact_free", "proximity_balls",
+    "proximity_least_gap_mm", "proximity_retreat_mm", "push_peak_force_stiff_n", "push_peak_cell_share",
+    "interface_pushes", "fallback_cut_ticks", "priority_states", "soak_s", "soak_touches", "flat_qp_limited_share",
 )  # fmt: skip
 """Ends of keys of which the least of all seeds is the worst, such as how much was looked at."""
 

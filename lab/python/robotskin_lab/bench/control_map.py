@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`robotskin bench control`, the map skin task: does a learnt map move the robot as [Cheng19 eq. 17] would?"""
+"""`robotskin bench control`, the map skin task: does a learnt map move the robot as [Cheng19 eq. 17] would?
+
+The skin babbles in the imperfect world, through firmware, network, driver and guard, and learns from that. Touches are
+then written into the skin's state.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from robotskin.configuring.configured import babble
 from robotskin.layout import Layout, finished
 from robotskin.model import RobotDynamics
 from robotskin.robots import Robot, load
@@ -13,6 +18,7 @@ from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.recording import simulate_babbling
@@ -29,13 +35,25 @@ def map_figures(seed: int, touches: int = 400) -> dict[str, float]:
 
     `map_task_agreement`: share of touches whose torque makes less than 90 degrees with that of [Cheng19 eq. 17], so
     that the joints move the cell inward; `map_task_cosine`: median of the cosine. The map is learnt through the robot's
-    model; keys that end in `_without_model` are of one that is learnt from the joints' own motion alone.
+    model; keys with `_without_model` are of one that is learnt from the joints' own motion alone. Keys that end in
+    `_ideal` are of a babbling without firmware and network, by a robot that moves exactly as planned.
     """
     robot, layout = load("ur5"), finished("ur5")
+    figures = _of_recording(robot, layout, babble(robot, layout, seed), seed, touches)
+    ideal = _of_recording(robot, layout, _ideal_babbling(robot, layout, seed), seed, touches)
+    return figures | {f"{key}_ideal": value for key, value in ideal.items()}
+
+
+def _ideal_babbling(robot: Robot, layout: Layout, seed: int) -> BabblingRecording:
     random = np.random.default_rng(seed)
     plan = plan_babbling(FreeSpace(robot, floor_m=0.0), START, np.random.default_rng(PLAN_SEED))
     faults = AccelerometerFaults.draw(random, len(layout), AccelerometerImperfections())
-    recording = simulate_babbling(robot, layout, plan, random, faults=faults)
+    return simulate_babbling(robot, layout, plan, random, faults=faults)
+
+
+def _of_recording(
+    robot: Robot, layout: Layout, recording: BabblingRecording, seed: int, touches: int
+) -> dict[str, float]:
     found = configure(robot, recording, steps=STEPS)
     bare = configure(robot, recording, steps=("topology", "activity"))
     without = _agreement(robot, layout, learn_map(robot, recording, bare, sign="motion"), seed, touches)
