@@ -82,24 +82,22 @@ def test_what_worlds_are_drawn_from_is_measured(name: str) -> None:
     assert {"core/world", "python/robotskin/world", "firmware"} <= set(CATALOGUE.runs[name].measures)
 
 
+def unmeasured(run: Run, *paths: str) -> list[str]:
+    return [path for path in paths if not any(Path(path).is_relative_to(one) for one in run.measures)]
+
+
 @pytest.mark.parametrize("run", CATALOGUE.runs.values(), ids=lambda run: run.name)
 def test_a_run_that_measures_sessions_measures_all_that_they_run_on(run: Run) -> None:
-    def measured(path: str) -> bool:
-        return any(Path(path).is_relative_to(one) for one in run.measures)
-
-    if measured("python/robotskin/session"):
+    if not unmeasured(run, "python/robotskin/session"):
         parts = ("control", "driver", "loop", "model", "robot", "skin", "world")
-        assert [f"core/{part}" for part in parts if not measured(f"core/{part}")] == []
+        assert unmeasured(run, *(f"core/{part}" for part in parts)) == []
 
 
 @pytest.mark.parametrize("run", CATALOGUE.runs.values(), ids=lambda run: run.name)
 def test_a_run_in_which_a_skin_finds_itself_measures_what_that_runs_on(run: Run) -> None:
-    def measured(path: str) -> bool:
-        return any(Path(path).is_relative_to(one) for one in run.measures)
-
-    if measured("python/robotskin/configuring"):
-        needed = ("firmware", *(f"core/{part}" for part in ("driver", "model", "robot", "skin", "world")))
-        assert [path for path in needed if not measured(path)] == []
+    if not unmeasured(run, "python/robotskin/configuring"):
+        parts = ("driver", "model", "robot", "skin", "world")
+        assert unmeasured(run, "firmware", *(f"core/{part}" for part in parts)) == []
 
 
 def test_what_a_run_measures_is_there() -> None:
